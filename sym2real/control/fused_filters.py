@@ -8,7 +8,7 @@ having been held for ever.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,22 +25,25 @@ from sym2real.effects.rate_limit import RATE_LIMIT
 from sym2real.errors import ModelError
 from sym2real.trajectory import Array
 
+# Of the memory that a column has, and the names of what goes in and comes out: statements of one step.
+Rule = Callable[[str, str, str], list[str]]
+
 
 @dataclass(frozen=True)
 class Stage:
     """One filter.
 
     Args:
-        name: of its kind.
-        values: its numbers; of a delay the part of a period beyond whole ones, of a limit both ends.
         columns: positions of the actions that go through it.
         rows: how many earlier rows it remembers.
+        rule: of a step, on one remembered row; None for the ring of a delay.
+        part: of a delay, of a period beyond whole ones.
     """
 
-    name: str
-    values: tuple[float, ...]
     columns: tuple[int, ...]
-    rows: int
+    rows: int = 1
+    rule: Rule | None = None
+    part: float = 0.0
 
     @property
     def size(self) -> int:
@@ -61,7 +64,7 @@ class FilterLines:
     """
 
     def __init__(self, filters: FilterState | None, actions: Sequence[str], dt: float) -> None:
-        self.actions, self.dt = tuple(actions), dt
+        self.actions = tuple(actions)
         self.stages = [] if filters is None else [_stage(effect, values, dt) for effect, values in filters.filters]
 
     @property
@@ -73,8 +76,7 @@ class FilterLines:
         """Declarations ahead of the horizon: memories."""
         lines, offset = [], 0
         for i, stage in enumerate(self.stages):
-            numbers = stage.size + (len(stage.columns) if stage.name == DELAY.name else 0)
-            lines.append(f"v memory_{i}[{numbers}];")
+            lines.append(f"v memory_{i}[{stage.size + (len(stage.columns) if stage.rule is None else 0)}];")
             lines.append(f"for (int i = 0; i < {stage.size}; i++)")
             lines.append(f"    memory_{i}[i] = splat(p->begun ? p->memory[{offset} + i] : R(0.0));")
             offset += stage.size
@@ -86,21 +88,14 @@ class FilterLines:
         lines = list[str]()
         for i, stage in enumerate(self.stages):
             for place, column in enumerate(stage.columns):
-                row, out = names[column], f"filtered_{i}_{column}"
-                lines.append(f"v {out};")
-                body = (
-                    _delayed(i, stage, place, row, out)
-                    if stage.name == DELAY.name
-                    else self._step(i, stage, place, row, out)
-                )
-                lines += ["{", *(f"    {line}" for line in body), "}"]
+                row, out, memory = names[column], f"filtered_{i}_{column}", f"memory_{i}[{place}]"
+                if stage.rule is None:
+                    body = _delayed(i, stage, place, row, out)
+                else:
+                    body = [f"if (h == 0 && !p->begun) {memory} = {row};", *stage.rule(memory, row, out)]
+                lines += [f"v {out};", "{", *(f"    {line}" for line in body), "}"]
                 names[column] = out
         return [*lines, *(f"const v x_{action} = {name};" for action, name in zip(self.actions, names, strict=True))]
-
-    def _step(self, number: int, stage: Stage, place: int, row: str, out: str) -> list[str]:
-        memory = f"memory_{number}[{place}]"
-        begin = f"if (h == 0 && !p->begun) {memory} = {row};"
-        return [begin, *RULES[stage.name](stage.values, self.dt, memory, row, out)]
 
 
 def memory_of(filters: FilterState) -> Array:
@@ -109,19 +104,18 @@ def memory_of(filters: FilterState) -> Array:
 
 
 def _stage(effect: Effect, values: Mapping[str, Tensor | float], dt: float) -> Stage:
-    name, columns = effect.of.name, tuple(effect.filtered_columns)
-    if name == LIMIT.name:
-        lower, upper, magnitude = (float(values[end]) for end in ("lower", "upper", "magnitude"))
-        return Stage(name, (max(lower, -magnitude), min(upper, magnitude)), columns, 1)
-    value = float(values["value"])
-    if name == DEAD_BAND.name:
-        name = "rest" if effect.body.unit == "m/s" else "play"
-    if name != DELAY.name and name not in RULES:
-        raise ModelError(f"{name} has no fused form")
+    name, columns, given = effect.of.name, tuple(effect.filtered_columns), {k: float(v) for k, v in values.items()}
     if name == DELAY.name:
-        whole, part = _periods(value, dt)
-        return Stage(name, (part,), columns, whole + 1)
-    return Stage(name, (value,), columns, 1)
+        whole, part = _periods(given["value"], dt)
+        return Stage(columns, whole + 1, part=part)
+    if name == DEAD_BAND.name:
+        return Stage(columns, rule=(_rest if effect.body.unit == "m/s" else _play)(given["value"]))
+    if name == LIMIT.name:
+        ends = max(given["lower"], -given["magnitude"]), min(given["upper"], given["magnitude"])
+        return Stage(columns, rule=_limit(*ends))
+    if name in RULES:
+        return Stage(columns, rule=RULES[name](given["value"], dt))
+    raise ModelError(f"{name} has no fused form")
 
 
 def _periods(value: float, dt: float) -> tuple[int, float]:
@@ -133,7 +127,7 @@ def _periods(value: float, dt: float) -> tuple[int, float]:
 
 def _delayed(number: int, stage: Stage, place: int, row: str, out: str) -> list[str]:
     """A ring of the last rows; the two around the delay are blended."""
-    ring, width, (part,) = stage.rows + 1, len(stage.columns), stage.values
+    ring, width, part = stage.rows + 1, len(stage.columns), stage.part
 
     def at(step: str) -> str:
         return f"memory_{number}[({step}) % {ring} * {width} + {place}]"
@@ -146,21 +140,19 @@ def _delayed(number: int, stage: Stage, place: int, row: str, out: str) -> list[
     ]
 
 
-def _lag(values: tuple[float, ...], dt: float, memory: str, row: str, out: str) -> list[str]:
-    (value,) = values
+def _lag(value: float, dt: float) -> Rule:
     left = math.exp(-dt / value) if value > 0.0 else 0.0
     mean = value / dt * (1.0 - left)
-    return [
+    return lambda memory, row, out: [
         f"const v away = {memory} - {row};",
         f"{out} = away * R({mean!r}) + {row};",
         f"{memory} = away * R({left!r}) + {row};",
     ]
 
 
-def _rate(values: tuple[float, ...], dt: float, memory: str, row: str, out: str) -> list[str]:
-    (value,) = values
+def _rate(value: float, dt: float) -> Rule:
     most = f"splat(R({value * dt!r}))"
-    return [
+    return lambda memory, row, out: [
         f"const v away = {row} - {memory};",
         f"const v after = {memory} + maximum(minimum(away, {most}), -{most});",
         f"const v ramp = minimum(absolute(away) * R({1.0 / value!r}), splat(R({dt!r})));",
@@ -169,20 +161,22 @@ def _rate(values: tuple[float, ...], dt: float, memory: str, row: str, out: str)
     ]
 
 
-def _play(values: tuple[float, ...], dt: float, memory: str, row: str, out: str) -> list[str]:
-    (value,) = values
+def _play(value: float) -> Rule:
     half = f"R({0.5 * value!r})"
-    return [f"{memory} = maximum(minimum({memory}, {row} + {half}), {row} - {half});", f"{out} = {memory};"]
+    return lambda memory, row, out: [
+        f"{memory} = maximum(minimum({memory}, {row} + {half}), {row} - {half});",
+        f"{out} = {memory};",
+    ]
 
 
-def _rest(values: tuple[float, ...], dt: float, memory: str, row: str, out: str) -> list[str]:
-    (value,) = values
-    return [f"{out} = select(absolute({row}) > splat(R({0.5 * value!r})), {row}, splat(R(0.0)));"]
+def _rest(value: float) -> Rule:
+    half = f"splat(R({0.5 * value!r}))"
+    return lambda memory, row, out: [f"{out} = select(absolute({row}) > {half}, {row}, splat(R(0.0)));"]
 
 
-def _limit(values: tuple[float, ...], dt: float, memory: str, row: str, out: str) -> list[str]:
-    lower, upper = values
-    return [f"{out} = maximum(minimum({row}, splat(R({upper!r}))), splat(R({lower!r})));"]
+def _limit(lower: float, upper: float) -> Rule:
+    low, high = f"splat(R({lower!r}))", f"splat(R({upper!r}))"
+    return lambda memory, row, out: [f"{out} = maximum(minimum({row}, {high}), {low});"]
 
 
-RULES = {LIMIT.name: _limit, LAG.name: _lag, RATE_LIMIT.name: _rate, "play": _play, "rest": _rest}
+RULES = {LAG.name: _lag, RATE_LIMIT.name: _rate}

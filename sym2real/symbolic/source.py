@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 import textwrap
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 
 from sympy import Expr
@@ -61,29 +60,24 @@ def on_manifold(graph: Graph, layout: Layout, columns: Mapping[str, Lowered]) ->
     return nodes
 
 
-@dataclass(frozen=True)
-class Bodies:
-    """Lines of the two generated methods.
-
-    Args:
-        hoist: ``hoist(values, constants)`` → what steps share: constants, and what parameters alone decide.
-        step: ``step(<groups>, fixed)`` → results.
-        constants: numbers that ``hoist`` is given as tensors without dimensions.
-    """
-
-    hoist: list[str]
-    step: list[str]
-    constants: tuple[float, ...]
+def _literal(value: float) -> str:
+    return repr(value) if math.isfinite(value) else f'float("{value}")'
 
 
-def bodies(program: Program, groups: Groups, parameters: Sequence[str], expand_results: bool) -> Bodies:
-    """Write a program as two methods.
+def _method(signature: str, body: Sequence[str]) -> str:
+    return textwrap.indent("\n".join([f"def {signature} -> List[Tensor]:", *(f"    {line}" for line in body)]), "    ")
+
+
+def methods_of(program: Program, groups: Groups, parameters: Sequence[str]) -> tuple[str, str]:
+    """Source of two methods, and of the list of numbers that the first one is given as tensors without dimensions.
+
+    ``hoist(values, constants)`` → what steps share: constants, and what parameters alone decide;
+    ``step(<groups>, fixed)`` → results, in the shape of the state's columns where there is a state.
 
     Args:
         program: its inputs are the columns of the groups in order, then the parameters.
-        groups: argument name → columns; the first has the shape of the results.
+        groups: argument name → columns.
         parameters: columns of ``values``.
-        expand_results: give every result the shape of the first group's columns.
 
     Raises:
         ModelError: for a column or parameter that cannot be a variable's name.
@@ -109,29 +103,15 @@ def bodies(program: Program, groups: Groups, parameters: Sequence[str], expand_r
     step += lines.lines(computed)
     first, columns = next(iter(groups.items()))
     own_shape = program.reached_by(set(columns))
-    expand = f".expand_as({first}[0])" if expand_results else ""
+    expand = f".expand_as({first}[0])" if first == "state" else ""
     results = [lines.name(value) + ("" if value in own_shape else expand) for value in program.outputs]
     step.append(f"return [{', '.join(results)}]")
-    return Bodies(hoist, step, tuple(map(program.constant, constants)))
-
-
-def _literal(value: float) -> str:
-    return repr(value) if math.isfinite(value) else f'float("{value}")'
-
-
-def _method(signature: str, body: Sequence[str]) -> str:
-    return textwrap.indent("\n".join([f"def {signature} -> List[Tensor]:", *(f"    {line}" for line in body)]), "    ")
-
-
-def _written(program: Program, groups: Groups, parameters: Sequence[str]) -> tuple[str, str]:
-    """Source of the two methods, and of the list of their constants."""
-    written = bodies(program, groups, parameters, expand_results="state" in groups)
     arguments = ", ".join(f"{group}: List[Tensor]" for group in groups)
     methods = [
-        _method("hoist(self, values: List[Tensor], constants: List[Tensor])", written.hoist),
-        _method(f"step(self, {arguments}, fixed: List[Tensor])", written.step),
+        _method("hoist(self, values: List[Tensor], constants: List[Tensor])", hoist),
+        _method(f"step(self, {arguments}, fixed: List[Tensor])", step),
     ]
-    numbers = ", ".join(map(_literal, written.constants))
+    numbers = ", ".join(_literal(program.constant(value)) for value in constants)
     return "\n\n".join(methods), f"[{numbers}]"
 
 
@@ -139,7 +119,7 @@ def model_source(equations: Equations) -> str:
     """Source of the class ``Dynamics``: ``forward`` and ``rollout`` of the equations."""
     layouts, parameters = equations.layouts, tuple(equations.parameters)
     groups = {"state": layouts.state.columns, "action": layouts.action.columns, "inputs": layouts.inputs.columns}
-    methods, constants = _written(step_program(equations), groups, parameters)
+    methods, constants = methods_of(step_program(equations), groups, parameters)
     time = layouts.inputs.index(TIME) if TIME in layouts.inputs else None
     dt = repr(equations.dt)
     return MODEL.substitute(
@@ -169,7 +149,7 @@ def function_source(expressions: Sequence[Expr], arguments: Sequence[Sequence[st
     """Source of the class ``Function``: one tensor argument per group of column names."""
     groups = {f"a{i}": tuple(columns) for i, columns in enumerate(arguments)}
     program = function_program(expressions, [name for columns in arguments for name in columns])
-    methods, constants = _written(program, groups, ())
+    methods, constants = methods_of(program, groups, ())
     checks = [f'assert {g}.shape[-1] == {len(c)}, "expected the columns {" ".join(c)}"' for g, c in groups.items()]
     unbind = [f"{group}_columns = list(torch.unbind({group}, -1))" for group in groups]
     return FUNCTION.substitute(

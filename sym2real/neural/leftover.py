@@ -33,7 +33,7 @@ from sym2real.vocabulary import is_push
 
 STEP = 1e-5  # of central differences, in the columns' units: error about 1e-10 relative
 TIME = "t"
-Step = Callable[[Tensor, Tensor], Tensor]
+Step = Callable[..., Tensor]
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,12 +78,8 @@ def leftover(transitions: Transitions, base: Base, commands: int = 0, states: in
     Raises:
         ShapeError: when the columns are not the base's, or an input is missing that it uses.
     """
-    layout = state_of(base)
-    require_columns(transitions, base)
-    state, following = (_meant(values, base) for values in (transitions.state, transitions.next_state))
-    runs = runs_of(transitions)
-    action = _reached(transitions, base, runs)
-    step = _base_step(base, state, action, _inputs(transitions, base), runs)
+    layout, runs = state_of(base), runs_of(transitions)
+    state, following, action, step = _steps(transitions, base, runs)
     predicted = step(state, action)
     tangents = torch.eye(layout.tangent_size, dtype=torch.float64) * STEP
     columns = torch.eye(len(layout), dtype=torch.float64) * STEP
@@ -116,15 +112,10 @@ def errors_by_parameters(transitions: Transitions, base: Equations) -> Callable[
     parameters have. Errors as of :func:`leftover`.
     """
     layout = state_of(base)
-    require_columns(transitions, base)
-    state, following = (_meant(values, base) for values in (transitions.state, transitions.next_state))
-    runs, inputs = runs_of(transitions), _inputs(transitions, base)
-    action = _reached(transitions, base, runs)
-    hidden = _hidden_along(base, state, action, inputs, runs)
-    module, whole = build_module(base).double(), torch.cat([state, hidden], dim=-1)
+    state, following, action, step = _steps(transitions, base, runs_of(transitions))
 
     def errors(sets: Tensor) -> Tensor:
-        predicted = module(whole, action, inputs, sets[:, None])[..., : len(layout)].expand(len(sets), -1, -1)
+        predicted = step(state, action, sets[:, None]).expand(len(sets), -1, -1)
         return layout.difference(layout.normalise(predicted), following).permute(1, 2, 0).float()
 
     return errors
@@ -185,16 +176,28 @@ def _inputs(transitions: Transitions, base: Base) -> Tensor | None:
     return torch.as_tensor(np.stack(columns, axis=1))
 
 
-def _base_step(
-    base: Base, state: Tensor, action: Tensor, inputs: Tensor | None, runs: tuple[tuple[int, int], ...]
-) -> Step:
-    """The base's step from states ``# (rows, n)`` under commands ``# (rows, m)``, inputs being those of the rows."""
+def _steps(
+    transitions: Transitions, base: Base, runs: tuple[tuple[int, int], ...]
+) -> tuple[Tensor, Tensor, Tensor, Step]:
+    """States, those that followed, commands that reached the robot ``# (rows, …)``, and the base's step from there.
+
+    The step goes from states ``# (rows, n)`` under commands ``# (rows, m)``, inputs being those of the rows, and for
+    equations under parameter sets.
+    """
+    require_columns(transitions, base)
+    state, following = (_meant(values, base) for values in (transitions.state, transitions.next_state))
+    action, inputs = _reached(transitions, base, runs), _inputs(transitions, base)
     if isinstance(base, Ensemble):
         frozen: Ensemble = copy.deepcopy(base).double().requires_grad_(False)
-        return frozen
+        return state, following, action, frozen
     module, size = build_module(base).double(), state.shape[-1]
     hidden = _hidden_along(base, state, action, inputs, runs)
-    return lambda values, commands: module(torch.cat([values, hidden], dim=-1), commands, inputs)[..., :size]
+
+    def step(values: Tensor, commands: Tensor, sets: Tensor | None = None) -> Tensor:
+        following: Tensor = module(torch.cat([values, hidden], dim=-1), commands, inputs, sets)[..., :size]
+        return following
+
+    return state, following, action, step
 
 
 def _hidden_along(

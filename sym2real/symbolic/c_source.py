@@ -80,7 +80,7 @@ class CLines:
         return [self._statement(value) for value in self.program.computed if value in wanted]
 
     def _statement(self, value: int) -> str:
-        operation, operands = self.program.instructions[value - self.program.first_instruction]
+        operation, operands = self.program.instruction(value)
         kind = "mask" if operation in CONDITIONS else "v"
         if operation in INFIX:
             # Two numbers would make no vector, and conditions are no numbers.

@@ -138,16 +138,17 @@ class Equations(Predicting):
         *,
         output: Mapping[str, str] = EMPTY,
         quantities: Mapping[str, str] = EMPTY,
-        parameters: Mapping[str, float] = EMPTY,
-        robot: str = "",
-        notes: tuple[str, ...] = (),
-        numbers: Mapping[str, float] = EMPTY,
-        filters: Iterable[tuple[str, Mapping[str, str]]] = (),
         start: Mapping[str, str] = EMPTY,
-        effects: Iterable[tuple[str, Mapping[str, float]]] = (),
-        origin: Origin | None = None,
+        filters: Iterable[tuple[str, Mapping[str, str]]] = (),
+        **others: Any,
     ) -> Equations:
         """Equations from text (Python syntax, see :mod:`sym2real.symbolic.parsing`).
+
+        Args:
+            layouts, dt: as of the class, and so are ``others``: ``parameters``, ``robot``, ``notes``, ``numbers``,
+                ``effects``, ``origin``.
+            equations: state column → text of its next value.
+            output, quantities, start, filters: as of the class, in text.
 
         Raises:
             ModelError: for text that is not an expression, with the name of the equation.
@@ -157,21 +158,15 @@ class Equations(Predicting):
         def read(source: Mapping[str, str]) -> dict[str, Expr]:
             return {name: _parsed(name, written) for name, written in source.items()}
 
-        kept = tuple((key, read(values)) for key, values in filters)
         return cls(
             next=read(equations),
             layouts=layouts,
             dt=dt,
             output=read(output),
             quantities=read(quantities),
-            parameters=parameters,
-            robot=robot,
-            notes=notes,
-            numbers=numbers,
-            filters=kept,
             start=read(start),
-            effects=tuple(effects),
-            origin=origin,
+            filters=tuple((key, read(values)) for key, values in filters),
+            **others,
         )
 
     def __repr__(self) -> str:

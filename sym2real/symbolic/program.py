@@ -20,6 +20,9 @@ class Instruction(NamedTuple):
     operands: tuple[int, ...]
 
 
+LEAF = Instruction("", ())
+
+
 @dataclass(frozen=True)
 class Program:
     """Instructions in a valid order.
@@ -62,9 +65,9 @@ class Program:
         """The number that a constant value holds."""
         return self.constants[value - len(self.inputs)]
 
-    def instruction(self, value: int) -> Instruction | None:
-        """What computes a value; None for inputs and constants."""
-        return self.instructions[value - self.first_instruction] if value >= self.first_instruction else None
+    def instruction(self, value: int) -> Instruction:
+        """What computes a value; without a name and operands for inputs and constants."""
+        return self.instructions[value - self.first_instruction] if value >= self.first_instruction else LEAF
 
     def reached_by(self, names: set[str]) -> set[int]:
         """Numbers of all values that depend on any of these inputs."""

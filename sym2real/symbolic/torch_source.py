@@ -55,22 +55,19 @@ class TorchLines:
         return found
 
     def _single_product(self, value: int) -> tuple[int, int | None, float] | None:
-        instruction = self.program.instruction(value)
-        if instruction is None or not self._is_private_product(value):
+        if not self._is_private_product(value):
             return None
-        left, right = instruction.operands
+        left, right = self.program.instruction(value).operands
         if not self.program.is_constant(right):
             return (left, right, 1.0)
-        inner = self.program.instruction(left)
-        if inner is not None and self._is_private_product(left):
-            a, b = inner.operands
+        if self._is_private_product(left):
+            a, b = self.program.instruction(left).operands
             if not self.program.is_constant(b):
                 return (a, b, self.program.constant(right))
         return (left, None, self.program.constant(right))
 
     def _is_private_product(self, value: int) -> bool:
-        instruction = self.program.instruction(value)
-        product = instruction is not None and instruction.operation == "multiply"
+        product = self.program.instruction(value).operation == "multiply"
         return product and self.program.uses[value] == 1 and value not in self.fixed
 
     @cached_property
@@ -78,9 +75,8 @@ class TorchLines:
         """Values that no line of their own computes."""
         values = set(self.fused)
         for term, (_, second, factor) in self.fused.items():
-            instruction = self.program.instruction(term)
-            if second is not None and factor != 1.0 and instruction is not None:
-                values.add(instruction.operands[0])
+            if second is not None and factor != 1.0:
+                values.add(self.program.instruction(term).operands[0])
         return values
 
     def name(self, value: int) -> str:
@@ -89,8 +85,7 @@ class TorchLines:
 
     def reads(self, value: int) -> set[int]:
         """Variables and numbers that the line of a value names."""
-        instruction = self.program.instruction(value)
-        operands = instruction.operands if instruction is not None else ()
+        operands = self.program.instruction(value).operands
         inner = (self.reads(operand) if operand in self.absorbed else {operand} for operand in operands)
         return set().union(*inner)
 
@@ -99,9 +94,7 @@ class TorchLines:
         return [f"v{value} = {self._right_side(value)}" for value in sorted(wanted) if value not in self.absorbed]
 
     def _right_side(self, value: int) -> str:
-        instruction = self.program.instruction(value)
-        assert instruction is not None
-        operation, operands = instruction.operation, instruction.operands
+        operation, operands = self.program.instruction(value)
         if operation in ("add", "subtract"):
             return self._addition(operation, *operands)
         if operation == "multiply":

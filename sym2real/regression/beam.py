@@ -13,14 +13,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
-import numpy as np
 import sympy
 from threadpoolctl import threadpool_limits
 
 from sym2real.dataset import Transitions
 from sym2real.regression.features import Variables
 from sym2real.regression.free_run import FreeRuns, plainest
-from sym2real.regression.monomials import Monomials
 from sym2real.regression.polynomial import Polynomial, polynomial_of
 from sym2real.regression.refit import Loss
 from sym2real.regression.selection import SearchSettings
@@ -99,11 +97,10 @@ class BeamSearch:
         return Equations(next=expressions, layouts=transitions.layouts, dt=transitions.dt)
 
     def _base_stage(self, plain: Transitions, variables: Variables, window: int) -> Stage:
-        terms = Monomials.to_degree(variables.plain, self.degree)
         return Stage(
             plain,
             variables,
-            Monomials(np.pad(terms.powers, ((0, 0), (0, len(variables.wrench))))),
+            variables.products(self.degree),
             search=self.search,
             loss=self.loss,
             seed=self.seed,

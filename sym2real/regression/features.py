@@ -87,6 +87,11 @@ class Variables:
         """Values of the wrench columns ``# (rows, wrench)``."""
         return transitions.inputs[:, transitions.layouts.inputs.indices(self.wrench)]
 
+    def products(self, degree: int) -> Monomials:
+        """Every product of at most so many variables that are no wrench."""
+        plain = Monomials.to_degree(self.plain, degree).powers
+        return Monomials(np.pad(plain, ((0, 0), (0, len(self.wrench)))))
+
     @property
     def multipliers(self) -> Monomials:
         """What terms grow by: a variable that is no wrench, or two columns of one quaternion."""

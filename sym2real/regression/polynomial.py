@@ -34,11 +34,6 @@ class Polynomial:
     terms: Monomials
     coefficients: Array
 
-    @classmethod
-    def none(cls, variables: int) -> Polynomial:
-        """The empty sum."""
-        return cls(Monomials.of([], variables), np.zeros(0))
-
     def __len__(self) -> int:
         return len(self.terms)
 

@@ -100,8 +100,7 @@ class _Search:
         self.values = variables.values_of(transitions)
         scale = np.sqrt(np.mean(self.values**2, axis=0))
         self.scale = np.where(scale > 0, scale, 1.0)
-        plain = Monomials.to_degree(variables.plain, settings.degree)
-        self.candidates = Monomials(np.pad(plain.powers, ((0, 0), (0, len(variables.wrench)))))
+        self.candidates = variables.products(settings.degree)
         self._pools: dict[bytes, tuple[Monomials, Array, Array]] = {}
 
     def _pool(self, sign: Rows) -> tuple[Monomials, Array, Array]:

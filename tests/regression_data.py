@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
+import sympy
 
 from sym2real.dataset import Transitions
 from sym2real.layout import Layout, Layouts
@@ -18,6 +19,13 @@ MASS, GRAVITY, DT = 0.027, 9.81, 0.02
 INERTIA = np.array([1.66e-5, 1.67e-5, 2.93e-5])
 GAINS = np.array([50.0, 50.0, 20.0])
 PUSH = np.array([0.08, 0.08, 0.08, 1e-3, 1e-3, 5e-4])
+
+
+def evaluate(expression: sympy.Expr, columns: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Values of an expression over columns ``# (rows,)``, by SymPy's own printer."""
+    names = sorted(used.name for used in expression.free_symbols)
+    function = sympy.lambdify([sympy.Symbol(name, real=True) for name in names], expression, "numpy")
+    return np.broadcast_to(function(*(columns[name] for name in names)), len(next(iter(columns.values()))))
 
 
 def transitions_of(layouts: Layouts, dt: float, *arrays: np.ndarray) -> Transitions:

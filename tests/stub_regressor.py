@@ -15,21 +15,18 @@ class Stub:
     def __init__(self, **settings: Any) -> None:
         Stub.made += 1
         self.number, self.settings, self.fits = Stub.made, settings, 0
-        self.equations_: dict[str, list[Any]] = {}
+        self.found = ""
 
     def fit(self, values: np.ndarray, target: np.ndarray, variable_names: list[str]) -> Stub:
         print("Progress: 5 / 5 total iterations (100.000%)", flush=True)
         self.fits += 1
         numbers = np.linalg.lstsq(values, target, rcond=None)[0]
         line = " + ".join(f"({number:.12e} * {name})" for number, name in zip(numbers, variable_names, strict=True))
-        wrong = float(np.abs(target - values @ numbers).mean())
-        mean = float(np.abs(target - target.mean()).mean())
-        self.equations_ = {
-            "complexity": [1, 4 * len(numbers) - 1],
-            "loss": [mean, wrong],
-            "equation": [f"{float(target.mean())!r}", line],
-        }
+        self.found = line
         return self
+
+    def get_best(self) -> dict[str, str]:
+        return {"equation": self.found}
 
     @property
     def record(self) -> dict[str, Any]:

@@ -28,7 +28,7 @@ def car() -> MPPI:
 
 def given(mppi: MPPI) -> tuple[torch.Tensor, ...]:
     robot = mppi.robot
-    reference = mppi._torch.reference(0).contiguous()
+    reference = mppi._torch.references.after(0)
     inputs = torch.zeros(len(mppi.model.equations.layouts.inputs))
     return torch.tensor(robot.start).float(), inputs, reference, mppi.mean.clone()
 

@@ -14,8 +14,7 @@ from regression_data import QUADROTOR, concatenated, drawn, flights
 
 from sym2real.errors import MissingDependencyError, ModelError, UnknownNameError
 from sym2real.regression import PySR
-from sym2real.regression.hall_of_fame import Entry, best_entry, expression_of
-from sym2real.regression.pysr import SETTINGS, julia_is_there
+from sym2real.regression.pysr import SETTINGS, expression_of, julia_is_there
 from sym2real.symbolic import symbol
 
 TESTS = Path(__file__).parent
@@ -47,6 +46,7 @@ def test_every_setting_is_an_argument_of_the_installed_pysr() -> None:
     assert {*SETTINGS, "random_state"} <= made
     fitted = {argument.arg for argument in (*methods["fit"].args, *methods["fit"].kwonlyargs)}
     assert "variable_names" in fitted
+    assert "get_best" in methods
 
 
 def test_the_settings_are_the_papers() -> None:
@@ -136,31 +136,17 @@ def test_pysr_itself_finds_a_line() -> None:
     assert equations.depends("b", "u")
 
 
-def test_the_rule_best_is_pysrs() -> None:
-    entries = [
-        Entry(1, 1.0, "a"),
-        Entry(3, 0.5, "b"),
-        Entry(5, 0.01, "c"),
-        Entry(9, 0.008, "d"),
-        Entry(20, 0.0079, "e"),
-    ]
-    assert best_entry(entries).equation == "c"
-    assert best_entry([*entries, Entry(21, 0.004, "f")]).equation == "f"
-    with pytest.raises(ModelError, match="finite loss"):
-        best_entry([Entry(1, float("nan"), "a")])
-
-
 def test_julias_single_precision_is_read() -> None:
-    found = expression_of(Entry(7, 1e-5, "a + (b * 1.0f-1) + sin(b)^2"), ["a", "b"], 85)
+    found = expression_of("a + (b * 1.0f-1) + sin(b)^2", ["a", "b"], 85)
     assert sympy.expand(found - symbol("a") - 0.1 * symbol("b") - sympy.sin(symbol("b")) ** 2) == 0
 
 
 @pytest.mark.parametrize("text", ["__import__('os').getcwd()", "a + nonsense"])
 def test_an_equation_of_anything_else_is_refused(text: str) -> None:
     with pytest.raises((ModelError, UnknownNameError)):
-        expression_of(Entry(4, 0.1, text), ["a", "b"], 85)
+        expression_of(text, ["a", "b"], 85)
 
 
 def test_an_equation_that_is_too_large_is_refused() -> None:
     with pytest.raises(ModelError, match="at most 3 nodes"):
-        expression_of(Entry(5, 0.1, "a + (b * 2.0)"), ["a", "b"], 3)
+        expression_of("a + (b * 2.0)", ["a", "b"], 3)

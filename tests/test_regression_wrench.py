@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import sympy
-from regression_data import DT, INERTIA, MASS, QUADROTOR, concatenated, flights
+from regression_data import DT, INERTIA, MASS, QUADROTOR, concatenated, evaluate, flights
 
 from sym2real.errors import ModelError, UnknownNameError
 from sym2real.regression import BeamSearch, SearchSettings, dependence, fit_quality, require_dependence
-from sym2real.regression.numeric import columns_of, evaluate, resolved
+from sym2real.regression.numeric import columns_of
 from sym2real.symbolic import Equations, symbol
 
 PAIRS = [("vx", "thrust"), ("vz", "thrust"), ("wx", "wx_cmd"), ("wz", "wz_cmd")]
@@ -27,9 +27,9 @@ def learned() -> Equations:
 def test_a_push_accelerates_by_force_over_mass(learned: Equations) -> None:
     calm = {column: np.zeros(1) for column in learned.columns} | {"qw": np.ones(1), "thrust": np.full(1, 0.265)}
     for velocity, force in (("vx", "fx"), ("vy", "fy"), ("vz", "fz")):
-        slope = evaluate(sympy.diff(resolved(learned, velocity).doit(), symbol(force)), calm)
+        slope = evaluate(sympy.diff(learned.next[velocity].doit(), symbol(force)), calm)
         assert float(slope[0]) == pytest.approx(DT / MASS, rel=0.01)
-    slope = evaluate(sympy.diff(resolved(learned, "wy").doit(), symbol("ty")), calm)
+    slope = evaluate(sympy.diff(learned.next["wy"].doit(), symbol("ty")), calm)
     # A first-order rate loop of gain 50 1/s, stepped at 500 Hz: the torque acts for (1 − 0.9¹⁰)/50 s.
     assert float(slope[0]) == pytest.approx((1 - 0.9**10) / 50 / INERTIA[1], rel=0.02)
 
@@ -89,9 +89,7 @@ def test_dependence_matches_finite_differences(learned: Equations) -> None:
     columns = columns_of(data)
     nudge = 1e-4
     row = next(row for row in dependence(learned, data, PAIRS) if (row.state, row.action) == ("vx", "thrust"))
-    moved = [
-        evaluate(resolved(learned, "vx"), columns | {"thrust": columns["thrust"] + sign * nudge}) for sign in (1, -1)
-    ]
+    moved = [evaluate(learned.next["vx"], columns | {"thrust": columns["thrust"] + sign * nudge}) for sign in (1, -1)]
     slope = (moved[0] - moved[1]) / (2 * nudge)
     increments = data.next_state[:, 7] - data.state[:, 7]
     score = np.sqrt(np.mean(slope**2)) * columns["thrust"].std() / increments.std()

@@ -6,7 +6,7 @@ import hashlib
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 
@@ -20,38 +20,6 @@ from sym2real.protocols import Controller, Plant
 from sym2real.robots import Robot
 from sym2real.tasks import Task
 from sym2real.trajectory import Array
-
-
-class Target(Protocol):
-    """What a model is adapted to."""
-
-    @property
-    def about(self) -> dict[str, Any]:
-        """What tells this target from another, for the record."""
-        ...
-
-    @property
-    def layouts(self) -> Layouts:
-        """Columns of the logs."""
-        ...
-
-    @property
-    def logs(self) -> float:
-        """How many there can be."""
-        ...
-
-    @property
-    def recorded(self) -> bool:
-        """Whether its logs exist already, as files of their own."""
-        ...
-
-    def log(self, number: int, model: Model) -> Dataset:
-        """The log of a round: an episode with this model, or a recording."""
-        ...
-
-    def judged(self, log: Dataset) -> tuple[bool, float, float]:
-        """Whether a log's episode ended early, its position error in m and its cost, NaN where there is none."""
-        ...
 
 
 class MakeController(Protocol):
@@ -174,6 +142,9 @@ class Recordings:
         """The position error where the log holds a reference; crashes and costs are not known."""
         errors = reference_errors(log)
         return False, float(errors.mean()) if len(errors) else math.nan, math.nan
+
+
+Target: TypeAlias = Flights | Recordings
 
 
 def reference_errors(log: Dataset) -> Array:

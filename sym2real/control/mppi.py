@@ -40,7 +40,6 @@ from sym2real.control.fused_gpu import FusedGpuStep
 from sym2real.control.gone_by import GoneBy
 from sym2real.control.noise import deviations, require_steps, sample, smoothing
 from sym2real.control.plan import Plan, Seen, shift
-from sym2real.control.reference_table import ReferenceTable
 from sym2real.control.timing import samples_within
 from sym2real.control.torch_step import TorchStep
 from sym2real.control.weights import weigh
@@ -109,20 +108,12 @@ class MPPI:
         self.filters, self._given = filters, draws
         self._gone_by = GoneBy(self.model, filters, self.device, dtype)
         self._spread = deviations(self.settings.noise, len(robot.layouts.action)).to(self.device, dtype)
-        self._torch = TorchStep(
-            self.model,
-            robot,
-            task,
-            settings=self.settings,
-            filters=filters,
-            kind=self._spread,
-            alone=backend == "torch",
-        )
+        sampled, alone = replace(robot, mppi=self.settings), backend == "torch"
+        self._torch = TorchStep(self.model, sampled, task, filters, self._spread, alone=alone)
         self.horizon = self._torch.horizon
         self._smooth = smoothing(self.horizon, robot.dt, self.settings).to(self.device, dtype)
         self._low, self._high, self._rest = map(self._torch.tensor, (robot.low, robot.high, robot.rest))
         self._generator = torch.Generator(self.device)
-        self._table = ReferenceTable(task, robot.dt, self.horizon, self.device)
         self.samples = self.settings.samples
         self._fused, reason = choose(backend, why_not_fused(self.model, robot, task, self.device, dtype), self._fuse)
         if reason == NO_COMPILER and backend == "auto":
@@ -218,7 +209,7 @@ class MPPI:
         measured, known = single(state, self.device), self._torch.given(inputs)
         self._seen, self._plan = Seen(measured, known, self.mean, gone, noise, self._call, past, hidden), None
         known = self._torch.nothing if known is None else known
-        reference = self._table.after(step)
+        reference = self._torch.references.after(step)
         given = Call(measured, known, reference, self.mean, gone, self.seed, self._call, noise, memory, past, hidden)
         self.mean, self._costs, rejected = self._fused(given)
         self._count(rejected, self.samples, step)

@@ -17,11 +17,11 @@ class ReferenceTable:
         task: its reference depends on time alone.
         dt: control period in s.
         horizon: rows that are asked for at once.
-        device: where they are wanted, as float32.
+        kind: a tensor on the device and in the precision in which they are wanted.
     """
 
-    def __init__(self, task: Task, dt: float, horizon: int, device: torch.device) -> None:
-        self.task, self.dt, self.horizon, self.device = task, dt, horizon, device
+    def __init__(self, task: Task, dt: float, horizon: int, kind: Tensor) -> None:
+        self.task, self.dt, self.horizon, self.kind = task, dt, horizon, kind
         self._first, self._rows = 0, torch.empty(0)
 
     def after(self, step: int) -> Tensor:
@@ -30,5 +30,5 @@ class ReferenceTable:
         if not 0 <= place <= len(self._rows) - self.horizon:
             self._first, place = step + 1, 0
             steps = torch.arange(step + 1, step + self.horizon + AHEAD, dtype=torch.float64)
-            self._rows = self.task.reference(steps * self.dt).to(self.device, torch.float32).contiguous()
+            self._rows = self.task.reference(steps * self.dt).to(self.kind).contiguous()
         return self._rows[place : place + self.horizon]

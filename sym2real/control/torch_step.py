@@ -13,11 +13,12 @@ from torch import Tensor
 
 from sym2real.control.fused_arguments import copy_of
 from sym2real.control.plan import Plan
+from sym2real.control.reference_table import ReferenceTable
 from sym2real.control.weights import weigh
 from sym2real.effects.filters import FilterState
 from sym2real.errors import ShapeError
 from sym2real.protocols import DynamicsModel
-from sym2real.robots.robot import MPPISettings, Robot
+from sym2real.robots.robot import Robot
 from sym2real.symbolic import equations_of, rollout
 from sym2real.symbolic.native_choice import torch_alone
 from sym2real.symbolic.source import measured_inputs
@@ -32,9 +33,8 @@ class TorchStep:
 
     Args:
         model: takes inputs; see :class:`~sym2real.control.MPPI`.
-        robot: layouts and control period.
+        robot: layouts, control period, and how it is sampled: horizon and temperature.
         task: reference and running cost.
-        settings: horizon and temperature.
         filters: what actions go through; None for none.
         kind: device and precision, of a tensor that has them.
         alone: without compiled rollouts, where torch was asked for.
@@ -45,14 +45,14 @@ class TorchStep:
         model: DynamicsModel,
         robot: Robot,
         task: Task,
-        *,
-        settings: MPPISettings,
         filters: FilterState | None,
         kind: Tensor,
+        *,
         alone: bool,
     ) -> None:
         self.model, self.robot, self.task, self.filters = model, robot, task, filters
-        self.temperature, self.horizon = settings.temperature, max(1, round(settings.horizon / robot.dt))
+        self.horizon = max(1, round(robot.mppi.horizon / robot.dt))
+        self.references = ReferenceTable(task, robot.dt, self.horizon, kind)
         self.device, self.dtype, self.alone = kind.device, kind.dtype, alone
         self._equations = equations_of(model)
         self._needed = () if self._equations is None else measured_inputs(self._equations)
@@ -80,9 +80,9 @@ class TorchStep:
     ) -> Plan:
         """What comes of actions ``# (N, H, action)`` from a state at a step."""
         states = self.rollout(state, actions, inputs, past=past, hidden=hidden)
-        costs = self.cost(states, actions, self.reference(step)).sum(-1)
+        costs = self.cost(states, actions, self.references.after(step)).sum(-1)
         costs = costs.masked_fill(~states.sum((-2, -1)).isfinite(), torch.inf)
-        return Plan(states, actions, costs, weigh(costs, self.temperature))
+        return Plan(states, actions, costs, weigh(costs, self.robot.mppi.temperature))
 
     def rollout(
         self,
@@ -110,11 +110,6 @@ class TorchStep:
         start = (start if hidden is None else torch.cat([start, hidden])).expand(len(actions), -1)
         with torch_alone() if self.alone else nullcontext():
             return rollout(self.model, start, actions, known, past=past, normalise=self.robot.layouts.state.normalise)
-
-    def reference(self, step: int) -> Tensor:
-        """After each step of the horizon ``# (H, state)``."""
-        steps = torch.arange(step + 1, step + 1 + self.horizon, dtype=torch.float64)
-        return self.task.reference(steps * self.robot.dt).to(self.device, self.dtype)
 
     def given(self, inputs: ArrayLike | None) -> Tensor | None:
         """Inputs as the model takes them; nobody pushes where none are given.

@@ -17,7 +17,7 @@ import torch
 
 from sym2real.dataset import Transitions
 from sym2real.errors import ModelError
-from sym2real.regression.numeric import columns_of
+from sym2real.regression.numeric import columns_of, operands
 from sym2real.symbolic import Equations, compile_model
 from sym2real.trajectory import Array
 
@@ -111,15 +111,11 @@ def _lift_at_hover(equations: Equations, transitions: Transitions) -> Dependence
 
 def _slope(equations: Equations, state: str, action: str, columns: dict[str, Array]) -> Array:
     """∂s_i′/∂a_j ``# (rows,)``, by automatic differentiation: equations of many quantities have no short derivative."""
-    layouts, rows = equations.layouts, len(next(iter(columns.values())))
-    values = [
-        torch.tensor(np.array([columns[column] for column in layout]).reshape(layout.size, rows).T)
-        for layout in (layouts.state, layouts.action, layouts.inputs)
-    ]
+    layouts, values = equations.layouts, operands(equations, columns)
     values[1].requires_grad_(True)
     following = compile_model(equations, dtype=torch.float64)(*values)
     total = following[..., layouts.state.index(state)].sum()
     if not total.requires_grad:
-        return np.zeros(rows)
+        return np.zeros(len(values[1]))
     (slope,) = torch.autograd.grad(total, values[1])
     return np.asarray(slope[:, layouts.action.index(action)].numpy(), dtype=np.float64)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import importlib.util
 import json
 import os
+import re
 import shutil
 import sys
 from collections.abc import Mapping, Sequence
@@ -20,13 +21,12 @@ import numpy as np
 import sympy
 
 from sym2real.dataset import Transitions
-from sym2real.errors import MissingDependencyError
+from sym2real.errors import MissingDependencyError, ModelError
 from sym2real.regression.features import Variables
-from sym2real.regression.hall_of_fame import Entry, best_entry, expression_of
 from sym2real.regression.numeric import columns_of
 from sym2real.regression.worker_process import WorkerError, WorkerProcess
 from sym2real.regression.wrench import pushed_rows, with_wrench
-from sym2real.symbolic import Equations
+from sym2real.symbolic import Equations, complexity, parse_expression
 from sym2real.trajectory import Array
 
 FACTORY, WORKER = "pysr:PySRRegressor", Path(__file__).with_name("pysr_worker.py")
@@ -37,6 +37,7 @@ SETTINGS: Mapping[str, Any] = MappingProxyType(
         "maxsize": 85,
         "niterations": 5,
         "warm_start": True,
+        "model_selection": "best",
         "elementwise_loss": "L1DistLoss()",
         "precision": 64,
         "progress": False,
@@ -44,6 +45,8 @@ SETTINGS: Mapping[str, Any] = MappingProxyType(
         "temp_equation_file": True,
     }
 )
+# Julia writes single precision numbers as 1.0f-5.
+JULIA_FLOAT = re.compile(r"\b(\d+\.?\d*)[fF]([+-]?\d+)\b")
 INSTALL = (
     "the engine 'pysr' needs PySR and Julia. Install them with:\n"
     "    pip install 'sym2real[pysr]'\n"
@@ -149,8 +152,8 @@ class PySR:
 
     def _search(self, column: str, values: Array, target: Array, names: list[str], fresh: bool) -> sympy.Expr:
         worker = self._running_worker()
-        table = worker.ask("fit", column=column, values=values, target=target, names=names, fresh=fresh)
-        return expression_of(best_entry([Entry(*row) for row in table]), names, self.nodes)
+        text = worker.ask("fit", column=column, values=values, target=target, names=names, fresh=fresh)
+        return expression_of(text, names, self.nodes)
 
     def _running_worker(self) -> WorkerProcess:
         if self._worker is None:
@@ -165,3 +168,16 @@ class PySR:
                 raise
             self._worker = worker
         return self._worker
+
+
+def expression_of(text: str, names: Sequence[str], nodes: int) -> sympy.Expr:
+    """PySR's text of an equation as an expression over these names.
+
+    Raises:
+        UnknownNameError: when it uses another name.
+        ModelError: when the text is not such an expression or has more than ``nodes`` nodes.
+    """
+    expression = parse_expression(JULIA_FLOAT.sub(r"\1e\2", text).replace("^", "**"), names)
+    if complexity(expression) > nodes:
+        raise ModelError(f"expected at most {nodes} nodes, found {complexity(expression)} in {text[:60]!r}")
+    return expression

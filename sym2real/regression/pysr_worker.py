@@ -27,8 +27,8 @@ class Regressors:
         module, attribute = factory.split(":")
         self._make, self._settings = getattr(import_module(module), attribute), settings
 
-    def fit(self, column: str, values: Any, target: Any, names: list[str], fresh: bool) -> list[tuple[int, float, str]]:
-        """Fit a column's regressor, a new one if ``fresh``; its hall of fame as (complexity, loss, equation).
+    def fit(self, column: str, values: Any, target: Any, names: list[str], fresh: bool) -> str:
+        """Fit a column's regressor, a new one if ``fresh``; the equation that PySR selects from its hall of fame.
 
         Args:
             column: of the state.
@@ -41,11 +41,7 @@ class Regressors:
             self._kept[column] = self._make(**self._settings)
         regressor = self._kept[column]
         regressor.fit(values, target, variable_names=names)
-        table = regressor.equations_
-        return [
-            (int(complexity), float(loss), str(equation))
-            for complexity, loss, equation in zip(table["complexity"], table["loss"], table["equation"], strict=True)
-        ]
+        return str(regressor.get_best()["equation"])
 
 
 def serve(commands: Mapping[str, Callable[..., Any]]) -> None:

@@ -32,20 +32,13 @@ Residual = ResidualMLP | SymbolicResidual
 class _Step(nn.Module):
     """The composition as TorchScript takes it: one step, and many."""
 
-    def __init__(
-        self,
-        base: nn.Module,
-        residual: Residual,
-        visible: int,
-        manifold: nn.Module,
-        dt_column: tuple[int, float],
-    ):
+    def __init__(self, base: nn.Module, residual: Residual, layouts: Layouts, dt: float) -> None:
         super().__init__()
-        self.base, self.residual, self.visible = base, residual, visible
-        self.manifold = manifold
-        self.time, self.dt = dt_column
+        self.base, self.residual, self.visible = base, residual, len(residual.columns[0])
+        self.manifold, self.dt = manifold_of(layouts.state), dt
+        self.time = layouts.inputs.index("t") if "t" in layouts.inputs else -1
         self.commands = residual.commands * len(residual.columns[1])
-        self.states = residual.states * visible
+        self.states = residual.states * self.visible
 
     def forward(
         self, state: Tensor, action: Tensor, inputs: Tensor | None = None, past: Tensor | None = None
@@ -130,13 +123,10 @@ class Composed(nn.Module):
         self._equations, self._visible = base if isinstance(base, Equations) else None, len(self.layouts.state)
         self.base = compile_model(base, dtype=dtype) if isinstance(base, Equations) else _frozen(base, dtype)
         self.residual = residual.to(dtype)
-        time = self.layouts.inputs.index("t") if "t" in self.layouts.inputs else -1
-        self._time = (time, base.dt)
         self.scripted = script(self._step(self.base))
 
     def _step(self, base: nn.Module) -> _Step:
-        manifold = manifold_of(self.below.layouts.state)
-        return _Step(base, self.residual, self._visible, manifold, self._time)
+        return _Step(base, self.residual, self.below.layouts, self.below.dt)
 
     def plain(self) -> nn.Module:
         """One step as a module that is not scripted, for ``torch.export``."""

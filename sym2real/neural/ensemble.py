@@ -22,6 +22,7 @@ from sym2real.errors import ShapeError
 from sym2real.layout import Layouts
 from sym2real.neural.manifold import manifold_of
 from sym2real.neural.networks import Networks
+from sym2real.neural.residual_mlp import joined
 
 
 class Ensemble(nn.Module):
@@ -83,10 +84,9 @@ class Ensemble(nn.Module):
 
     def outputs(self, state: Tensor, action: Tensor) -> Tensor:
         """What the networks say in scaled columns ``# (members, ..., n)``; probabilistic ones say 2n."""
-        batch = torch.broadcast_shapes(state.shape[:-1], action.shape[:-1])
-        both = torch.cat([state.expand(batch + state.shape[-1:]), action.expand(batch + action.shape[-1:])], dim=-1)
+        both = joined([state, action])
         values = self.networks(((both - self.input_mean) / self.input_scale).reshape(-1, both.shape[-1]))
-        outputs: Tensor = values.reshape(values.shape[:1] + batch + values.shape[-1:])
+        outputs: Tensor = values.reshape(values.shape[:1] + both.shape[:-1] + values.shape[-1:])
         return outputs
 
     def forward(self, state: Tensor, action: Tensor, inputs: Tensor | None = None) -> Tensor:

@@ -17,7 +17,7 @@ from torch import Tensor
 
 from sym2real.dataset import Transitions
 from sym2real.errors import ShapeError
-from sym2real.layout import Layout, Layouts
+from sym2real.layout import Layouts
 from sym2real.neural.blocks import blocks_of
 from sym2real.neural.descent import Descent, descend
 from sym2real.neural.ensemble import Ensemble
@@ -160,15 +160,9 @@ def _width(ensemble: Ensemble) -> Tensor:
 
 def _change(transitions: Transitions) -> Tensor:
     """Change of the state ``# (rows, n)``; of a quaternion to whichever of q and -q is nearer."""
-    state, following = torch.as_tensor(transitions.state), torch.as_tensor(transitions.next_state)
-    return (_nearer(transitions.layouts.state, following, state) - state).float()
-
-
-def _nearer(layout: Layout, following: Tensor, state: Tensor) -> Tensor:
-    nearer = following.clone()
-    for part in layout.fields:
-        if part.kind == "quaternion":
-            place = layout.slice(part.name)
-            along = (following[:, place] * state[:, place]).sum(-1, keepdim=True)
-            nearer[:, place] = torch.where(along < 0, -following[:, place], following[:, place])
-    return nearer
+    layout = transitions.layouts.state
+    state, following = torch.as_tensor(transitions.state), torch.as_tensor(transitions.next_state).clone()
+    for place in (layout.slice(part.name) for part in layout.fields if part.kind == "quaternion"):
+        along = (following[:, place] * state[:, place]).sum(-1, keepdim=True)
+        following[:, place] *= torch.where(along < 0, -1.0, 1.0)
+    return (following - state).float()

@@ -62,13 +62,11 @@ class Scales:
 
 def _columns_of(rows: Leftover, tangent: Tensor) -> Tensor:
     """A scale per tangent component as one per state column: half an angle moves a quaternion's columns."""
-    parts, place = [], 0
-    for field in rows.layout.fields:
-        own = tangent[place : place + field.tangent_size]
-        place += field.tangent_size
-        if field.kind == "vector":
-            parts.append(own)
-        else:
+    parts = []
+    for field, places in zip(rows.layout.fields, rows.layout.tangent_places, strict=True):
+        own = tangent[list(places)]
+        if field.kind != "vector":
             size = own.square().mean().sqrt() * (0.5 if field.kind == "quaternion" else 1.0)
-            parts.append(size.expand(len(field.columns)))
+            own = size.expand(len(field.columns))
+        parts.append(own)
     return torch.cat(parts)

@@ -9,20 +9,20 @@ import json
 from pathlib import Path
 from typing import Any, TypeVar
 
-from safetensors import SafetensorError, safe_open
 from safetensors.torch import save
 
 from sym2real.errors import DataError, Sym2RealError, reason
-from sym2real.files import read_object, refuse_pipe
+from sym2real.files import read_object
 from sym2real.layout import Layout, Layouts
 from sym2real.neural.ensemble import Ensemble
 from sym2real.neural.residual_mlp import ResidualMLP
 from sym2real.neural.symbolic_residual import SymbolicResidual
 from sym2real.symbolic import parse_expression, text
+from sym2real.symbolic.storage import read_tensors
 
 Network = TypeVar("Network", ResidualMLP, Ensemble)
 FILE = "residual.safetensors"
-BROKEN = (OSError, SafetensorError, AttributeError, KeyError, TypeError, ValueError, RuntimeError, Sym2RealError)
+BROKEN = (AttributeError, KeyError, TypeError, ValueError, RuntimeError, Sym2RealError)
 
 
 def network_file(network: ResidualMLP | Ensemble) -> bytes:
@@ -51,11 +51,9 @@ def load_ensemble(file: Path) -> Ensemble:
 
 
 def _network(file: Path, kind: type[Network], what: str) -> Network:
+    weights, header = read_tensors(file, what)
     try:
-        refuse_pipe(file)
-        with safe_open(file, framework="pt") as opened:
-            about = json.loads((opened.metadata() or {})["about"])
-            weights = {name: opened.get_tensor(name) for name in opened.keys()}  # noqa: SIM118 — no mapping
+        about = json.loads(header["about"])
         layouts = _layouts({group: about.pop(group) for group in ("state", "action")})
         network = kind(layouts, **about)
         network.load_state_dict(weights)

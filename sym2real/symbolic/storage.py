@@ -16,6 +16,7 @@ from pathlib import Path
 import torch
 from safetensors import SafetensorError, safe_open
 from safetensors.torch import save
+from torch import Tensor
 
 from sym2real.errors import DataError, ModelError, Sym2RealError, reason
 from sym2real.files import Kind, read_as, read_text, refuse_pipe, whole
@@ -128,18 +129,29 @@ def load_model(folder: str | Path, *, below: bool = False) -> Equations:
         equations = Equations.from_json(source)
     except Sym2RealError as error:
         raise ModelError(f"{folder / EQUATIONS}: {error}") from error
-    try:
-        refuse_pipe(folder / PARAMETERS)
-        with safe_open(folder / PARAMETERS, framework="pt") as file:
-            values, metadata = file.get_tensor("parameters"), file.metadata() or {}
-    except (OSError, SafetensorError, UnicodeDecodeError) as error:
-        raise DataError(folder / PARAMETERS, "the weights of a saved model", reason(error)) from error
+    tensors, metadata = read_tensors(folder / PARAMETERS, "the weights of a saved model")
+    values = tensors.get("parameters", torch.empty(1, 1))
     if values.shape != (len(equations.parameters),) or metadata.get("equations") != _digest(source):
         raise ModelError(
             f"{folder / PARAMETERS}: expected the parameters of {EQUATIONS} beside it, found those of other equations; "
             "save the model again"
         )
     return replace(equations, parameters=dict(zip(equations.parameters, values.tolist(), strict=True)))
+
+
+def read_tensors(file: Path, what: str) -> tuple[dict[str, Tensor], dict[str, str]]:
+    """The tensors of a file by name, and what its header says.
+
+    Raises:
+        DataError: when it cannot be read.
+    """
+    try:
+        refuse_pipe(file)
+        with safe_open(file, framework="pt") as opened:
+            tensors = {name: opened.get_tensor(name) for name in opened.keys()}  # noqa: SIM118 — no mapping
+            return tensors, opened.metadata() or {}
+    except (OSError, SafetensorError, UnicodeDecodeError) as error:
+        raise DataError(file, what, reason(error)) from error
 
 
 def training_of(folder: str | Path, kind: type[Kind]) -> Kind:

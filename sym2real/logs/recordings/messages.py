@@ -55,6 +55,8 @@ def numbers(value: object, prefix: str = "") -> dict[str, float]:
         return {prefix: float(value)}
     if value is None:
         return {prefix: np.nan}
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
     if isinstance(value, Mapping):
         items = [(f"{prefix}.{key}" if prefix else str(key), part) for key, part in value.items()]
     elif isinstance(value, list) and len(value) <= LONGEST_LIST:

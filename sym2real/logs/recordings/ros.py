@@ -6,12 +6,11 @@ to within :data:`CLOCKS_AGREE`; else at the time at which it was recorded.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from operator import attrgetter
 from pathlib import Path
+from statistics import median
 from typing import Any
-
-import numpy as np
 
 from sym2real.errors import DataError, needing
 from sym2real.logs.recordings.messages import LONGEST_LIST, Messages, gathered, numbers, recording
@@ -54,74 +53,40 @@ def _topics(bag: Any) -> dict[str, Messages]:
     kinds: dict[str, set[str]] = {}
     for connection in bag.connections:
         kinds.setdefault(connection.topic, set()).add(connection.msgtype)
-    gatherers = {
-        topic: Gatherer(definitions, kind)
+    fields = {
+        topic: [(path, attrgetter(path)) for path in _fields(definitions, kind)]
         for topic, (kind, *others) in kinds.items()
         if not others and kind in definitions and not _is_cloud(definitions, kind)
     }
-    gatherers = {topic: gatherer for topic, gatherer in gatherers.items() if gatherer.fields}
-    wanted = [connection for connection in bag.connections if connection.topic in gatherers]
-    if wanted:  # the library takes none as all
-        for connection, stamp, data in bag.messages(connections=wanted):
-            gatherers[connection.topic].add(stamp, bag.deserialize(data, connection.msgtype))
-    return {topic: gatherer.messages() for topic, gatherer in gatherers.items()}
+    stamps: dict[str, list[tuple[int, int]]] = {topic: [] for topic, found in fields.items() if found}
+    rows: dict[str, list[dict[str, float]]] = {topic: [] for topic in stamps}
+    wanted = [connection for connection in bag.connections if connection.topic in stamps]
+    for connection, recorded, data in bag.messages(connections=wanted) if wanted else ():  # none is all to the library
+        topic, message = connection.topic, bag.deserialize(data, connection.msgtype)
+        sensed = recorded
+        if ("header", (_NAME, HEADER)) in definitions[connection.msgtype][1]:
+            sensed = message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
+        stamps[topic].append((sensed, recorded))
+        rows[topic].append(numbers({path: get(message) for path, get in fields[topic]}))
+    return {topic: Messages(_clock(stamps[topic]), gathered(rows[topic])) for topic in stamps}
 
 
-class Gatherer:
-    """Stamps and numbers of one topic's messages.
-
-    Args:
-        definitions: of all types of messages in the bag.
-        kind: the topic's.
-    """
-
-    def __init__(self, definitions: Any, kind: str) -> None:
-        self.fields = list(_fields(definitions, kind))
-        self._has_header = any(field == ("header", (_NAME, HEADER)) for field in definitions[kind][1])
-        self._names = [path for path, is_list in self.fields if not is_list]
-        self._numbers = [attrgetter(path) for path in self._names]
-        self._lists = [(path, attrgetter(path)) for path, is_list in self.fields if is_list]
-        self._recorded: list[int] = []
-        self._sensed: list[int] = []
-        self._rows: list[list[float]] = []
-        self._parts: list[dict[str, float]] = []
-
-    def add(self, stamp: int, message: Any) -> None:
-        """Take note of a message that was recorded at a stamp in ns."""
-        self._recorded.append(stamp)
-        if self._has_header:
-            own = message.header.stamp
-            self._sensed.append(own.sec * 10**9 + own.nanosec)
-        self._rows.append([get(message) for get in self._numbers])
-        if self._lists:
-            values = {path: get(message).tolist() for path, get in self._lists}
-            self._parts.append(numbers(values))
-
-    def messages(self) -> Messages:
-        """What was gathered."""
-        if not self._rows:
-            return Messages((), {})
-        columns = dict(zip(self._names, np.array(self._rows, dtype=float).T, strict=True))
-        return Messages(self._stamps(), columns | gathered(self._parts))
-
-    def _stamps(self) -> list[int]:
-        if not self._sensed:
-            return self._recorded
-        apart = np.abs(np.subtract(self._sensed, self._recorded)) * 1e-9
-        return self._sensed if float(np.median(apart)) <= CLOCKS_AGREE else self._recorded
+def _clock(stamps: Sequence[tuple[int, int]]) -> list[int]:
+    """The sensor's, where it agrees with the recorder's, in ns."""
+    apart = [1e-9 * abs(sensed - recorded) for sensed, recorded in stamps]
+    clock = 0 if apart and median(apart) <= CLOCKS_AGREE else 1
+    return [both[clock] for both in stamps]
 
 
-def _fields(definitions: Any, kind: str, prefix: str = "") -> Iterator[tuple[str, bool]]:
-    """Paths of the numbers in a type of message, and whether each is a list of them."""
+def _fields(definitions: Any, kind: str, prefix: str = "") -> Iterator[str]:
+    """Paths of the numbers, and of lists of them, in a type of message."""
     for name, (node, description) in definitions[kind][1]:
-        if node == _BASE and description[0] not in NO_NUMBERS:
-            yield prefix + name, False
-        elif node == _NAME and description not in TIMES:
+        if node == _NAME and description not in TIMES:
             yield from _fields(definitions, description, f"{prefix}{name}.")
-        elif node in (_ARRAY, _SEQUENCE):
-            (inner, what), length = description
-            if inner == _BASE and what[0] not in NO_NUMBERS and length <= LONGEST_LIST:
-                yield prefix + name, True
+            continue
+        (inner, what), length = description if node in (_ARRAY, _SEQUENCE) else ((node, description), 0)
+        if inner == _BASE and what[0] not in NO_NUMBERS and length <= LONGEST_LIST:
+            yield prefix + name
 
 
 def _is_cloud(definitions: Any, kind: str) -> bool:

@@ -131,13 +131,12 @@ class Run(Generic[Kind]):
         from sym2real.cli.model import logs_for  # noqa: PLC0415
         from sym2real.diagnosis import compare  # noqa: PLC0415
         from sym2real.logs import write_log  # noqa: PLC0415
-        from sym2real.neural.composed import in_double  # noqa: PLC0415
         from sym2real.neural.model_folder import below  # noqa: PLC0415
         from sym2real.report.comparison import comparison_report  # noqa: PLC0415
 
         log, trajectory = self.out / f"{self.task}.csv", task_of(self.record, self.laboratory.ROBOT, self.task)
         write_log(trajectory, log)
-        comparison = compare(in_double(model), logs_for(below(model), (log,), None))
+        comparison = compare(model, logs_for(below(model), (log,), None))
         console.print(comparison_report(comparison))
         console.print(f"the task's log is {log}: sym2real diagnose {self.model} {log}")
         if self.mcap:

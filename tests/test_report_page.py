@@ -16,8 +16,8 @@ from report_pages import BASE, HOSTILE, diagnosis, logs
 
 from sym2real import rotation
 from sym2real.diagnosis import Estimate, Finding, compare, predict_windows
-from sym2real.diagnosis.data.preparation import prepared
 from sym2real.diagnosis.score.finding import applied
+from sym2real.effects.along_logs import prepared
 from sym2real.report.html.arrays import Arrays
 from sym2real.report.html.formulas import formulas
 from sym2real.report.html.mathml import mathml
@@ -82,8 +82,10 @@ def test_switches_are_the_findings_and_nothing_else() -> None:
             assert torch.allclose(predict_windows(found, other, 20).predicted, right, rtol=0, atol=1e-9)
 
 
-def test_errors_without_a_switch_are_those_of_the_comparison() -> None:
-    comparison, observed = compare(BASE, logs()), observe(WithFindings(BASE, EVERY_KIND[:1]), logs())
+@pytest.mark.parametrize("below", [(), (one("motor_lag", value=0.2),)], ids=["plain", "with a hidden state"])
+def test_errors_without_a_switch_are_those_of_the_comparison(below: tuple[Finding, ...]) -> None:
+    base = applied(BASE, below)
+    comparison, observed = compare(base, logs()), observe(WithFindings(base, EVERY_KIND[:1]), logs())
     points = (comparison.one_step, *comparison.horizons)
     assert observed.horizons == pytest.approx([point.horizon for point in points])
     for channel in points[0].errors:

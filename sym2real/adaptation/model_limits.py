@@ -13,11 +13,12 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from sym2real.adaptation.predictions import Predictor, Windows
 from sym2real.control.noise import deviations, sample, smoothing
+from sym2real.dataset import Dataset
+from sym2real.effects.along_logs import predicted_from, prepared
 from sym2real.neural.model_folder import Model
 from sym2real.robots import Robot
-from sym2real.trajectory import Trajectory
+from sym2real.trajectory import Array, Trajectory
 
 ROLLOUTS = 512
 TOLERATED = 0.05  # share of rollouts: at the edge of what was recorded any fit is off, and MPPI weighs many
@@ -58,15 +59,16 @@ def _rolled_out(
     model: Model, starts: Sequence[tuple[Trajectory, int]], noise: Tensor, robot: Robot
 ) -> tuple[Tensor, Tensor]:
     """Predictions ``# (rollouts, steps, state)`` from rows of logs, and the states that they start from."""
-    predictor, steps, parts = Predictor(model), noise.shape[1], []
+    steps, low, high = noise.shape[1], torch.as_tensor(robot.low), torch.as_tensor(robot.high)
+    predicted, begun, drawn = list[Tensor](), list[Array](), 0
     for log in dict.fromkeys(log for log, _ in starts):
         rows = np.array([row for other, row in starts if other is log])
-        parts.append(predictor.windows(log, rows, steps))
-    low, high = torch.as_tensor(robot.low), torch.as_tensor(robot.high)
-    start = torch.cat([part.start for part in parts])
-    action = torch.clamp(torch.cat([part.action for part in parts]) + noise, low, high)
-    inputs, past = (torch.cat([getattr(part, name) for part in parts]) for name in ("inputs", "past"))
-    return predictor.predict(Windows(start, action, inputs, past)), start
+        predicting, (ready,) = prepared(model, Dataset([log]))
+        command = torch.as_tensor(ready.action[rows[:, None] + np.arange(steps)]) + noise[drawn : drawn + len(rows)]
+        drawn += len(rows)
+        predicted.append(predicted_from(predicting, ready, rows, steps, action=torch.clamp(command, low, high)))
+        begun.append(log.state[rows])
+    return torch.cat(predicted), torch.as_tensor(np.concatenate(begun))
 
 
 def _excesses(predicted: Tensor, start: Tensor, robot: Robot) -> dict[str, Tensor]:

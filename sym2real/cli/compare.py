@@ -37,13 +37,12 @@ class Compare(OfLogs):
         from sym2real.cli.output import title_of, write_report
         from sym2real.diagnosis import compare, training_region
         from sym2real.diagnosis.faults.mistakes.lost_commands import with_lost_commands
-        from sym2real.neural.composed import in_double
         from sym2real.neural.model_folder import below
         from sym2real.report.comparison import comparison_report
         from sym2real.report.html.pages import comparison_page
         from sym2real.symbolic import Equations
 
-        model = in_double(open_with_progress(self.model))
+        model = open_with_progress(self.model)
         data = logs_for(below(model), self.logs, self.naming, upsample=not isinstance(model, Equations))
         data = with_lost_commands(model, data) if isinstance(model, Equations) else data
         comparison = compare(model, data, start=self.start, region=training_region(folder_of(self.model)))

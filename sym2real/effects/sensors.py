@@ -83,13 +83,14 @@ class MeasuredModel:
     """
 
     def __init__(self, equations: Equations, model: DynamicsModel | None = None) -> None:
-        self._sensors, self._visible = Sensors(equations), model or visible_in_double(equations)
+        self.model = model or visible_in_double(equations)
+        self._sensors = Sensors(equations)
         self.past_rows = past_rows(model)
         self._sent = self.past_rows[0] * len(equations.layouts.action)
 
     def __call__(self, state: Tensor, action: Tensor, inputs: Tensor | None = None) -> Tensor:
         """Measured state ``# (..., visible)`` after one action ``# (..., action)``."""
-        return self._sensors.measured(self._visible(self._sensors.state(state), action, inputs))
+        return self._sensors.measured(self.model(self._sensors.state(state), action, inputs))
 
     def rollout(
         self,
@@ -102,11 +103,11 @@ class MeasuredModel:
         """Measured states ``# (..., H, visible)`` after each action; arguments as of ``rollout``."""
         visible, behind = len(self._sensors.layout), self._meant(past)
         start = torch.cat([self._sensors.state(state[..., :visible]), state[..., visible:]], dim=-1)
-        return self._sensors.measured(rollout(self._visible, start, actions, inputs, parameters, past=behind))
+        return self._sensors.measured(rollout(self.model, start, actions, inputs, parameters, past=behind))
 
     def hidden_along(self, states: Tensor, actions: Tensor, inputs: Tensor | None = None) -> Tensor:
         """Hidden states in every row of a measured stretch ``# (T, hidden)``, with which rollouts may start."""
-        return hidden_rows(self._visible, self._sensors.state(states), actions, inputs)
+        return hidden_rows(self.model, self._sensors.state(states), actions, inputs)
 
     def _meant(self, past: Tensor | None) -> Tensor | None:
         """The past with the states that were measured as those in it."""

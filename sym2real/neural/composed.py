@@ -8,7 +8,7 @@ Where equations have command filters, the residual's commands, present and past,
 from __future__ import annotations
 
 import copy
-from typing import cast, overload
+from typing import cast
 
 import torch
 from torch import Tensor, nn
@@ -87,19 +87,6 @@ def state_of(base: Base) -> Layout:
 def _frozen(ensemble: Ensemble, dtype: torch.dtype) -> Ensemble:
     """A copy: what is done to one model is not done to another."""
     return copy.deepcopy(ensemble).to(dtype).requires_grad_(requires_grad=False)
-
-
-@overload
-def in_double(model: Equations) -> Equations: ...
-@overload
-def in_double(model: Composed) -> Composed: ...
-@overload
-def in_double(model: Ensemble) -> Ensemble: ...
-def in_double(model: Equations | Composed | Ensemble) -> Equations | Composed | Ensemble:
-    """A copy that predicts in double precision, as comparisons ask for; equations have none of their own."""
-    if isinstance(model, Composed):
-        return Composed(model.below, copy.deepcopy(model.residual), torch.float64)
-    return _frozen(model, torch.float64) if isinstance(model, Ensemble) else model
 
 
 class Composed(nn.Module):

@@ -52,12 +52,17 @@ def start_states(trajectory: Trajectory, starts: NDArray[np.int64], method: Star
 
     Args:
         trajectory: the log.
-        starts: rows at which windows start, each at least ``ROWS - 1`` ``# (windows,)``.
-        method: "smoothed" uses the rows up to and including the start row, "measured" that row alone.
+        starts: rows at which windows start ``# (windows,)``.
+        method: "smoothed" uses the last :data:`ROWS` rows up to and including the start row, where there are as many,
+            "measured" that row alone.
     """
-    measured = trajectory.state[starts]
-    if method == "measured":
-        return measured
+    begun, full = trajectory.state[starts], (starts >= ROWS - 1) & (method == "smoothed")
+    if full.any():
+        begun[full] = _smoothed(trajectory, starts[full])
+    return begun
+
+
+def _smoothed(trajectory: Trajectory, starts: NDArray[np.int64]) -> Array:
     history = starts[:, None] + np.arange(1 - ROWS, 1)  # (windows, ROWS)
     states = torch.as_tensor(trajectory.state)
     layout = trajectory.layouts.state

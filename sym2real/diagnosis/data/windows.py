@@ -12,13 +12,11 @@ from torch import Tensor
 
 from sym2real.diagnosis.data.start import ROWS, Start, start_states
 from sym2real.diagnosis.settings import SETTINGS
-from sym2real.effects.visible import hidden_rows
+from sym2real.effects.along_logs import predicted_from
 from sym2real.errors import ShapeError
 from sym2real.field import Field
 from sym2real.layout import Layout
-from sym2real.past import past_rows
 from sym2real.protocols import DynamicsModel
-from sym2real.symbolic import rollout
 from sym2real.trajectory import Array, Trajectory
 from sym2real.vocabulary import JOINT_ANGLE, JOINT_DISPLACEMENT
 
@@ -124,8 +122,7 @@ def predict_windows(
     """Predict ``steps`` rows ahead from every start along a log.
 
     Args:
-        model: predicts in float64; one that sees the past says of how many commands and states by ``past_rows``. Hidden
-            states go on along the log, and windows start from what they are there.
+        model: as :func:`~sym2real.effects.along_logs.predicted_from` takes it.
         trajectory: the log, its columns those of the model.
         steps: length of a window in rows.
         start: how the start state is found (:mod:`sym2real.diagnosis.data.start`).
@@ -141,15 +138,9 @@ def predict_windows(
             f"trajectory {trajectory.name!r} has {len(trajectory)} rows; "
             f"a window of {steps} steps after {ROWS} rows of history needs {ROWS + steps}"
         )
-    ahead = rows[:, None] + np.arange(steps)
-    state = torch.as_tensor(start_states(trajectory, rows, start))
-    action, inputs = torch.as_tensor(trajectory.action[ahead]), torch.as_tensor(trajectory.inputs[ahead])
-    seen = past_rows(model)
-    past = torch.as_tensor(trajectory.past(*seen)[rows]) if any(seen) else None
-    with torch.no_grad():
-        hidden = hidden_rows(model, *map(torch.as_tensor, (trajectory.state, trajectory.action, trajectory.inputs)))
-        predicted = rollout(model, torch.cat([state, hidden[rows]], dim=-1), action, inputs, past=past)
-        # What single precision does not hold is no number: squares of all others are numbers.
-        predicted = torch.where(predicted.float().isfinite(), predicted, torch.nan)
-    layout = trajectory.layouts.state
-    return Windows(rows, predicted, torch.as_tensor(trajectory.state[ahead + 1]), state, layout)
+    state = start_states(trajectory, rows, start)
+    predicted = predicted_from(model, trajectory, rows, steps, start=state)
+    # What single precision does not hold is no number: squares of all others are numbers.
+    predicted = torch.where(predicted.float().isfinite(), predicted, torch.nan)
+    measured = torch.as_tensor(trajectory.state[rows[:, None] + np.arange(1, steps + 1)])
+    return Windows(rows, predicted, measured, torch.as_tensor(state), trajectory.layouts.state)

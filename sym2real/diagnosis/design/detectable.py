@@ -24,7 +24,7 @@ from scipy import stats
 from torch import Tensor
 
 from sym2real.dataset import Logs
-from sym2real.diagnosis.data.preparation import long_enough, with_filtered_commands
+from sym2real.diagnosis.data.preparation import long_enough
 from sym2real.diagnosis.design.visible import AssumedNoise, Plan, Predictions, Visible
 from sym2real.diagnosis.errors.floor import SensorNoise
 from sym2real.diagnosis.estimate.fit import Problems
@@ -37,6 +37,7 @@ from sym2real.diagnosis.predict.competitors import values_for
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.settings import SETTINGS
+from sym2real.effects.along_logs import with_filtered_commands
 from sym2real.effects.catalogue import always_alike
 from sym2real.symbolic import Equations
 from sym2real.threads import one_thread

@@ -20,10 +20,10 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.data.preparation import prepared
 from sym2real.diagnosis.data.start import ROWS, SMALLEST_NOISE
 from sym2real.diagnosis.data.windows import UNIT_OF_KIND, channel_name, predict_windows
 from sym2real.diagnosis.errors.residuals import Following, Residual, Residuals
+from sym2real.effects.along_logs import prepared
 from sym2real.layout import Layout
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations

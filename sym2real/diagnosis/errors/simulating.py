@@ -11,12 +11,13 @@ from numpy.typing import ArrayLike
 from torch import Tensor
 
 from sym2real.dataset import Dataset, Logs
-from sym2real.diagnosis.data.preparation import long_enough, prepared
-from sym2real.diagnosis.data.start import ROWS, start_states
+from sym2real.diagnosis.data.preparation import long_enough
+from sym2real.diagnosis.data.start import start_states
 from sym2real.diagnosis.data.windows import rows_ahead
 from sym2real.diagnosis.errors.skill import prediction_errors
+from sym2real.effects.along_logs import predicted_from, prepared
 from sym2real.effects.sensors import MeasuredModel
-from sym2real.symbolic import Equations, rollout
+from sym2real.symbolic import Equations
 from sym2real.symbolic.predicting import Values
 from sym2real.trajectory import Trajectory
 
@@ -42,14 +43,9 @@ def simulate(equations: Equations, log: Trajectory, horizon: float | None = None
     model, logs = prepared(equations, Dataset([log]))
     ready = logs[0]
     steps = len(ready) - 1 if horizon is None else rows_ahead(horizon, ready.dt)
-    state = ready.state.copy()
-    for first in range(0, len(ready) - 1, steps):
-        rows = slice(first, min(first + steps, len(ready) - 1))
-        start = start_states(ready, np.array([first]), "smoothed" if first >= ROWS - 1 else "measured")[0]
-        action, inputs = (torch.as_tensor(values[rows]) for values in (ready.action, ready.inputs))
-        with torch.no_grad():
-            predicted = rollout(model, torch.as_tensor(start), action, inputs)
-        state[rows.start + 1 : rows.stop + 1] = predicted.numpy()
+    rows = np.arange(0, len(ready) - 1, steps)
+    predicted = predicted_from(model, ready, rows, steps, start=start_states(ready, rows)).flatten(0, 1).numpy()
+    state = np.concatenate([ready.state[:1], predicted[: len(ready) - 1]])
     layouts = replace(ready.layouts, action=log.layouts.action)
     name = f"{log.name} simulated".strip()
     return replace(ready, state=state, action=log.action, layouts=layouts, name=name, raw={})

@@ -15,9 +15,9 @@ from torch import Tensor
 
 from sym2real.control import Disturbed, geometric_controller
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.data.preparation import with_filtered_commands
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects import injected
+from sym2real.effects.along_logs import with_filtered_commands
 from sym2real.errors import Sym2RealError
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.symbolic import Equations

@@ -11,9 +11,9 @@ from torch import Tensor
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.agreement import RATES, VELOCITIES
-from sym2real.diagnosis.data.preparation import from_row_to_row
 from sym2real.diagnosis.faults.fault import Fault, Settled
 from sym2real.diagnosis.faults.mistakes.transformation import Exchanged, of_all
+from sym2real.effects.along_logs import from_row_to_row
 from sym2real.effects.filters import spelled_out
 from sym2real.effects.inputs import with_inputs
 from sym2real.effects.thrust import MOTOR_TORQUES

@@ -13,7 +13,7 @@ from torch import Tensor
 
 from sym2real.dataset import Dataset, Logs
 from sym2real.diagnosis.data.agreement import agreements
-from sym2real.diagnosis.data.preparation import long_enough, told_apart, with_filtered_commands
+from sym2real.diagnosis.data.preparation import long_enough, told_apart
 from sym2real.diagnosis.faults.fault import Breach, Fault, Settled
 from sym2real.diagnosis.faults.foreign_units import BY_SENSORS, foreign_commands
 from sym2real.diagnosis.faults.misread_attitudes import against_the_path, other_angles, scalar_last
@@ -27,6 +27,7 @@ from sym2real.diagnosis.faults.sensor_faults import PATH, measured_by, readings,
 from sym2real.diagnosis.faults.units import Scaled
 from sym2real.diagnosis.faults.variation import exact, exactness, excitation
 from sym2real.diagnosis.settings import SETTINGS
+from sym2real.effects.along_logs import with_filtered_commands
 from sym2real.effects.catalogue import require_patterns
 from sym2real.effects.inputs import with_one_clock
 from sym2real.effects.sensor_scale import SENSOR_SCALE

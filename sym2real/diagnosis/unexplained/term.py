@@ -15,12 +15,12 @@ from numpy.polynomial import Polynomial
 from sympy import Expr
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.data.preparation import with_filtered_commands
 from sym2real.diagnosis.data.segments import folds_of, summed
 from sym2real.diagnosis.estimate.whitening import Whitening
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.unexplained.leftover import Leftover, Rest
+from sym2real.effects.along_logs import with_filtered_commands
 from sym2real.effects.body import Body
 from sym2real.effects.clock import with_time
 from sym2real.effects.frames import body_velocity

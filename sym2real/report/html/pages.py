@@ -14,7 +14,6 @@ from sym2real.diagnosis import Comparison, Diagnosis, compare
 from sym2real.diagnosis.data.preparation import long_enough
 from sym2real.diagnosis.data.windows import JUDGED_AT
 from sym2real.diagnosis.faults.sanity import check
-from sym2real.neural.composed import in_double
 from sym2real.report.adaptation import rounds_charts, rounds_headings, rounds_rows
 from sym2real.report.diagnosis import gate_line
 from sym2real.report.horizons import ladder_charts
@@ -67,7 +66,7 @@ def diagnosis_page(base: Equations, data: Dataset, found: Diagnosis, title: str)
 def adaptation_page(adaptation: Adaptation, title: str) -> Page:
     """The model that was given and the adapted one on logs that neither has learned from, and every round."""
     reports, on_top = adaptation.reports, adaptation.best
-    models = tuple(in_double(adaptation.models[number]) for number in (0, on_top))
+    models = tuple(adaptation.models[number] for number in (0, on_top))
     data = Dataset(log for logs in adaptation.logs[on_top:] for log in logs)
     best, switch = reports[on_top], Switch("what was learned", f"the model of round {on_top}")
     learned = f"from {best.learned.rows} rows" if on_top else "nothing: the model that was given is the best"
@@ -93,7 +92,7 @@ def model_page(
     """A model on logs and, where there is one, what it has become.
 
     Args:
-        variants: predict in float64.
+        variants: models that predict.
         data: logs.
         title: of the page.
         comparison: of the model that is given.

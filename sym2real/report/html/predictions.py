@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,9 +13,8 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis import ROWS
 from sym2real.diagnosis.data.start import Start, start_states
 from sym2real.diagnosis.data.windows import JUDGED_AT, stride_of
-from sym2real.past import past_rows
+from sym2real.effects.along_logs import predicted_from
 from sym2real.protocols import DynamicsModel
-from sym2real.symbolic import rollout
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +31,7 @@ class Starts:
     data: Dataset
     log: NDArray[np.int64]
     row: NDArray[np.int64]
-    state: Tensor
+    state: NDArray[np.float64]
     steps: int
 
     @classmethod
@@ -51,30 +49,32 @@ class Starts:
             if len(rows):
                 parts.append((np.full(len(rows), index), rows, start_states(trajectory, rows, method)))
         log, row, state = (np.concatenate(part) for part in zip(*parts, strict=True))
-        return cls(data, log, row, torch.as_tensor(state), steps)
+        return cls(data, log, row, state, steps)
 
     @property
     def left(self) -> NDArray[np.int64]:
         """Rows that each window's log has behind its start ``# (W,)``."""
-        return self._lengths[self.log] - 1 - self.row
+        return np.array([len(log) for log in self.data])[self.log] - 1 - self.row
 
     @property
     def measured(self) -> Tensor:
         """``# (W, steps, state)``; behind a log's end its last row."""
-        return self._ahead([log.state for log in self.data], 1)
+        ahead = self.row[:, None] + np.minimum(np.arange(1, self.steps + 1), self.left[:, None])
+        return torch.as_tensor(
+            np.concatenate([log.state[ahead[self.log == index]] for index, log in enumerate(self.data)])
+        )
 
     def predicted(self, model: DynamicsModel, logs: Dataset) -> Tensor:
         """What a model predicts ``# (W, steps, state)``; behind a log's end not a number.
 
         Args:
-            model: in float64.
+            model: of any precision.
             logs: the data as the model takes them: with its inputs, and the commands that reach the robot.
         """
-        actions, inputs = self._ahead([log.action for log in logs]), self._ahead([log.inputs for log in logs])
-        seen = past_rows(model)
-        past = torch.as_tensor(np.concatenate([log.past(*seen) for log in logs])[self._place]) if any(seen) else None
-        with torch.no_grad():
-            states = rollout(model, self.state, actions, inputs, past=past)
+        parts = [(log, self.log == index) for index, log in enumerate(logs)]
+        states = torch.cat(
+            [predicted_from(model, log, self.row[mine], self.steps, start=self.state[mine]) for log, mine in parts]
+        )
         states[torch.as_tensor(np.arange(self.steps) >= self.left[:, None])] = torch.nan
         return states
 
@@ -96,17 +96,3 @@ class Starts:
                 states[row + 1 : last] = piece[: last - row - 1]
             found.append(states)
         return found
-
-    @property
-    def _lengths(self) -> NDArray[np.int64]:
-        return np.array([len(log) for log in self.data])
-
-    @property
-    def _place(self) -> NDArray[np.int64]:
-        """Where each window starts among the rows of all logs, one behind the other ``# (W,)``."""
-        return (np.cumsum(self._lengths) - self._lengths)[self.log] + self.row
-
-    def _ahead(self, columns: Sequence[NDArray[np.float64]], first: int = 0) -> Tensor:
-        """Rows of every window ``# (W, steps, columns)``, from so many behind its start; its log's last one beyond."""
-        ahead = np.minimum(first + np.arange(self.steps), self.left[:, None])
-        return torch.as_tensor(np.concatenate(columns)[self._place[:, None] + ahead])

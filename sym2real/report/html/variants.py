@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import Finding
-from sym2real.diagnosis.data.preparation import prepared
 from sym2real.diagnosis.score.finding import applied
+from sym2real.effects.along_logs import prepared
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations
 

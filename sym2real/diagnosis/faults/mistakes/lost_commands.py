@@ -15,9 +15,9 @@ import torch
 from scipy.interpolate import make_smoothing_spline
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.data.preparation import prepared
 from sym2real.diagnosis.data.windows import predict_windows
 from sym2real.diagnosis.settings import SETTINGS
+from sym2real.effects.along_logs import prepared
 from sym2real.symbolic import Equations
 from sym2real.symbolic.period import steps_within
 from sym2real.trajectory import Trajectory

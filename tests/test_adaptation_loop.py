@@ -34,6 +34,7 @@ from sym2real.plants import MujocoPlant, run_episode
 from sym2real.robots import CRAZYFLIE, MUSHR
 from sym2real.symbolic import Equations
 from sym2real.tasks import make_task
+from sym2real.trajectory import Trajectory
 
 
 @pytest.fixture(scope="module")
@@ -210,6 +211,23 @@ def test_recordings_take_the_place_of_flights(tmp_path: Path) -> None:
     assert not (tmp_path / "rounds" / "00" / "log.parquet").exists()
     with pytest.raises(ModelError, match="at least two logs"):
         adapt(CRAZYFLIE.nominal(), logs[:1], None, NARROW)
+
+
+def test_no_step_is_learned_across_a_gap() -> None:
+    """Half a second that is missing from logs made in Python: a step of it, taken for one, is 25 times as long."""
+    whole = [log for recording in recordings(2) for log in recording]
+    rows = np.r_[0:100, 125:220]
+    torn = [
+        Trajectory(
+            *(values[rows] for values in (log.time, log.state, log.action, log.inputs)), log.layouts, name="torn"
+        )
+        for log in whole
+    ]
+    found, wanted = (
+        adapt(CRAZYFLIE.nominal(), logs, None, NARROW, Adapting(rounds=1), robot=CRAZYFLIE).reports[1].prediction
+        for logs in (torn, whole)
+    )
+    assert found < 1.3 * wanted
 
 
 def test_measured_drives_are_predicted_better_with_every_trajectory(shared_data: Path) -> None:

@@ -24,10 +24,12 @@ from sym2real.adaptation.training import Inform, Training, digest_of
 from sym2real.control import mppi_controller
 from sym2real.dataset import Dataset
 from sym2real.errors import ModelError
+from sym2real.logs.equal_steps import equal_steps
 from sym2real.neural.model_folder import Model
 from sym2real.protocols import Learner, Plant
 from sym2real.robots import Robot
 from sym2real.tasks import Task
+from sym2real.trajectory import Trajectory
 from sym2real.upward import upward
 
 if TYPE_CHECKING:
@@ -105,7 +107,7 @@ class Adaptation:
 
 def adapt(
     base: Model,
-    target: Plant | Sequence[Dataset],
+    target: Plant | Sequence[Dataset | Trajectory],
     task: Task | None,
     learner: Learner[Any, Any],
     settings: Adapting | None = None,
@@ -121,7 +123,7 @@ def adapt(
     Args:
         base: equations, or any model; it is never changed.
         target: a plant to fly in, or recordings, one a round, with which nothing flies: training uses the first k and
-            recording k + 1 is scored.
+            recording k + 1 is scored. They are cut at gaps, and brought to equal steps.
         task: what is flown; None with recordings.
         learner: trains what the base leaves.
         settings: of the loop.
@@ -155,7 +157,7 @@ def adapt(
 
 def rounds_to_continue(
     base: Model,
-    target: Plant | Sequence[Dataset],
+    target: Plant | Sequence[Dataset | Trajectory],
     task: Task | None,
     learner: Learner[Any, Any],
     settings: Adapting,
@@ -186,7 +188,7 @@ def settings_of_run(
 
 
 def source_of(
-    target: Plant | Sequence[Dataset],
+    target: Plant | Sequence[Dataset | Trajectory],
     task: Task | None,
     robot: Robot | None,
     settings: Adapting,
@@ -198,11 +200,16 @@ def source_of(
     if isinstance(target, Sequence):
         if len(target) < 2:
             raise ModelError(f"expected at least two logs, one to learn from and one that scores, found {len(target)}")
-        return Recordings(tuple(target))
+        return Recordings(tuple(_at_equal_steps(recording, robot) for recording in target))
     if task is None or robot is None:
         raise ModelError("expected a robot and a task to fly in a plant")
     made = controller or mppi_controller
     return Flights(target, robot, task, settings.steps, settings.samples, settings.seed, on_progress, made)
+
+
+def _at_equal_steps(recording: Dataset | Trajectory, robot: Robot | None) -> Dataset:
+    logs, dt = [recording] if isinstance(recording, Trajectory) else recording, robot.dt if robot else None
+    return Dataset(piece for log in logs for piece in equal_steps(log, dt))
 
 
 @dataclass(frozen=True)

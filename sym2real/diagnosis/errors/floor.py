@@ -137,17 +137,19 @@ def floor_of_noise(
     """
     layout, rng, longest = data.layouts.state, np.random.default_rng(SEED), max(steps)
     noise = _no_larger_than_one_step(SensorNoise.of(data), model, data)
-    stride, row, moved = max(1, round(STRIDE / data.dt)), torch.as_tensor(noise.of_a_row).square(), []
+    stride, row = max(1, round(STRIDE / data.dt)), torch.as_tensor(noise.of_a_row).square()
+    moved, windows = torch.zeros(longest, layout.tangent_size, dtype=torch.float64), 0
     for trajectory in data:
         if len(trajectory) < ROWS + longest:
             continue
         plain = predict_windows(model, trajectory, longest, start, stride).predicted
         for _ in range(DRAWS):
             other = predict_windows(model, noise.added_to(trajectory, rng), longest, start, stride).predicted
-            moved.append(layout.difference(other, plain))
-    if not moved:
+            moved += layout.difference(other, plain).square().sum(0)
+            windows += len(plain)
+    if not windows:
         return ()
-    square = torch.cat(moved).square().mean(0) + row  # (longest, tangent)
+    square = moved / windows + row  # (longest, tangent)
     return tuple(_floor(count * data.dt, layout, square[count - 1]) for count in steps)
 
 

@@ -152,6 +152,62 @@ def test_equations_of_a_file_are_its_simulator(name: str, arm: Robot, equations:
     assert (missed < 3e-3 * moved).all(), missed / moved
 
 
+SERVO = '<position name="to_waist" joint="waist" kp="8" kv="0.5" ctrlrange="-2 2"/>'
+
+
+@pytest.mark.parametrize(
+    ("part", "instead"),
+    [
+        ('axis="0 0 1" damping', 'ref="40" axis="0 0 1" damping'),
+        ('springref="10"', 'springref="10" ref="-20"'),
+        ('range="-0.5 0.5"', 'range="0.3 1.3" ref="0.8"'),
+        ('integrator="RK4"/>', 'integrator="RK4"><flag gravity="disable"/></option>'),
+        ('integrator="RK4"/>', 'integrator="RK4"><flag spring="disable" damper="disable"/></option>'),
+        ('axis="0 1 0"', 'axis="0 1 0" actuatorfrcrange="-2 3"'),
+        (SERVO, '<general name="to_waist" joint="waist" gainprm="8" biasprm="1 -8 -0.5" ctrlrange="-2 2"/>'),
+        (SERVO, '<position name="to_waist" joint="waist" kp="0.8" gear="-3" ctrlrange="-2 2"/>'),
+    ],
+)
+def test_what_a_file_says_of_zeros_ends_and_what_is_off_is_in_its_equations(part: str, instead: str) -> None:
+    """``ref`` of a joint, flags, a joint's largest force, and a bias without a type, which MuJoCo does not read."""
+    assert part in ARM
+    robot = Robot.from_mjcf(ARM.replace(part, instead), name="arm", dt=0.005)
+    missed, moved = misses(robot, robot.nominal(), MujocoPlant(robot))
+    assert (missed < 3e-3 * moved).all(), missed / moved
+
+
+@pytest.mark.parametrize(
+    ("part", "instead", "match"),
+    [
+        ('<body name="fore"', '<body name="fore" gravcomp="1"', "a compensation of gravity"),
+        ('integrator="RK4"', 'integrator="RK4" density="1000"', "a liquid around it"),
+        ('integrator="RK4"/>', 'integrator="RK4"><flag actuation="disable"/></option>', "switched off"),
+        (SERVO, SERVO.replace("/>", ' delay="0.02" nsample="30"/>'), "an actuator with a delay"),
+        (SERVO, '<damper name="to_waist" joint="waist" kv="3" ctrlrange="0 1"/>', "gain depends on where it is"),
+        ('damping="0.02"', 'damping="0.02 0.1"', "dampers that are not linear"),
+    ],
+)
+def test_what_pushes_and_is_in_no_equations_is_refused_by_its_name(part: str, instead: str, match: str) -> None:
+    assert part in ARM
+    robot = Robot.from_mjcf(ARM.replace(part, instead), name="arm")
+    assert robot.recipe.base == "episodes"
+    with pytest.raises(ModelError, match=match):
+        robot.nominal()
+
+
+def test_a_servo_with_a_gear_reaches_the_ends_of_its_joint() -> None:
+    """It compares its control with the joint's place times the gear; of a motor that pushes backwards ends change."""
+    servos = {
+        (-3.0, 3.0): '<position name="to_waist" joint="waist" kp="8" gear="-3"/>',
+        (-2.0, 2.0): '<position name="to_waist" joint="waist" kp="8" gear="3" ctrlrange="-2 2"/>',
+        (-0.5, 0.25): '<general name="to_waist" joint="waist" gainprm="-2" forcerange="-0.5 1"/>',
+    }
+    text = ARM.replace('<joint name="waist"', '<joint name="waist" range="-57.29578 57.29578"')
+    for ends, servo in servos.items():
+        robot = Robot.from_mjcf(text.replace(SERVO, servo), name="arm")
+        assert (robot.low[0], robot.high[0]) == pytest.approx(ends)
+
+
 @pytest.mark.parametrize(
     ("name", "key", "values"),
     [

@@ -15,8 +15,9 @@ import numpy as np
 
 from sym2real.errors import ModelError
 from sym2real.robots import mjcf_columns as columns
-from sym2real.robots.covered import LEARN
+from sym2real.robots.covered import LEARN, forces_beside
 from sym2real.robots.planar import STATE
+from sym2real.robots.robot import GRAVITY
 from sym2real.trajectory import Array
 from sym2real.vocabulary import MOTOR_COLUMNS
 
@@ -107,7 +108,12 @@ def against_flying(model: mujoco.MjModel, data: Any, actions: Mapping[str, str])
         ),
         f"actuators that are not called {', '.join(MOTOR_COLUMNS[: len(found)])}": [*actions.items()]
         != [(column, column) for column in MOTOR_COLUMNS[: len(found)]],
+        f"a gravity that is not {GRAVITY:g} m/s² along z down": not np.allclose(
+            model.opt.gravity, (0.0, 0.0, -GRAVITY), atol=ALIKE * GRAVITY
+        ),
+        "a damping of the free joint": model.dof_damping.any(),
     }
+    wrong |= forces_beside(model)
     if any(wrong.values()):
         return [what for what, holds in wrong.items() if holds]
     craft = Rotorcraft.of(model, data, found)

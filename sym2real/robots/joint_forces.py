@@ -13,6 +13,7 @@ from sym2real.robots.joint_tree import Link, as_expression
 from sym2real.robots.spatial import Values
 from sym2real.symbolic import symbol
 from sym2real.symbolic.dry_friction import dry_friction
+from sym2real.trajectory import Array
 from sym2real.vocabulary import damping_quantity, friction_quantity, push_column
 
 
@@ -41,12 +42,17 @@ class Forces:
             inertia = 1.0 / float(self.model.dof_invweight0[self.model.joint(link.joint).dofadr[0]])
             force[number] += dry_friction(symbol(friction_quantity(link.joint)), rate[number], self.dt, inertia)
             force[number] += -as_expression(link.stiffness) * (place[number] - as_expression(link.rest))
+        pushed = np.zeros(len(joints), dtype=int).astype(object)
         for index in range(self.model.nu):
             name = self.model.actuator(index).name
             control = symbol(self.actions[name]) if name in self.actions else Integer(0)
             joint = joints[self.model.joint(int(self.model.actuator_trnid[index, 0])).name]
-            force[joint] += self._given(index, control, place[joint], rate[joint])
-        return force
+            pushed[joint] += self._given(index, control, place[joint], rate[joint])
+        for number, link in enumerate(self.links):
+            joint = self.model.joint(link.joint).id
+            if self.model.jnt_actfrclimited[joint]:
+                pushed[number] = _within(pushed[number], self.model.jnt_actfrcrange[joint])
+        return force + pushed
 
     def _given(self, index: int, control: Expr, place: Expr, rate: Expr) -> Expr:
         """By an actuator's gain and bias, within its limits."""
@@ -55,6 +61,10 @@ class Forces:
         constant, by_place, by_rate = (as_expression(bias) for bias in model.actuator_biasprm[index, :3])
         given = gain * control + constant + by_place * gear * place + by_rate * gear * rate
         if model.actuator_forcelimited[index]:
-            low, high = model.actuator_forcerange[index]
-            given = Max(Min(given, float(high)), float(low))
+            given = _within(given, model.actuator_forcerange[index])
         return gear * given
+
+
+def _within(force: Expr, ends: Array) -> Expr:
+    low, high = ends
+    return Max(Min(force, float(high)), float(low))

@@ -22,10 +22,11 @@ class Link:
     Args:
         joint: its name.
         parent: number of the link that carries it; -1 for the ground.
-        fixed: from the parent's axes to the joint's, with the joint at zero.
+        fixed: from the parent's axes to the joint's, with the joint at ``zero``.
         axis: of the joint in the link's axes ``# (3,)``.
         turns: whether it is a hinge.
         inertia: of the bodies that move with it, in the link's axes about its origin.
+        zero: coordinate at which the bodies lie as the file places them (its ``ref``), rad or m.
         armature, damping, stiffness, rest: of the joint, SI units.
         friction: its dry friction, N or N m.
     """
@@ -36,6 +37,7 @@ class Link:
     axis: Values
     turns: bool
     inertia: Inertia
+    zero: float
     armature: float
     damping: float
     stiffness: float
@@ -44,9 +46,10 @@ class Link:
 
     def transform(self, coordinate: Expr) -> Transform:
         """From the parent's axes to the link's where the joint stands."""
+        moved = coordinate - as_expression(self.zero)
         if not self.turns:
-            return Transform(self.fixed.turn, self.fixed.place + self.fixed.turn.T @ (self.axis * coordinate))
-        return Transform(about(self.axis, coordinate).T @ self.fixed.turn, self.fixed.place)
+            return Transform(self.fixed.turn, self.fixed.place + self.fixed.turn.T @ (self.axis * moved))
+        return Transform(about(self.axis, moved).T @ self.fixed.turn, self.fixed.place)
 
     @property
     def motion(self) -> Motion:
@@ -86,6 +89,7 @@ def _link(model: mujoco.MjModel, joint: int, parent: int, fixed: Transform) -> L
         axis=exact(model.jnt_axis[joint]),
         turns=bool(model.jnt_type[joint] == columns.HINGE),
         inertia=Inertia(0, nothing, exact(np.zeros((3, 3)))),
+        zero=float(model.qpos0[model.jnt_qposadr[joint]]),
         armature=float(model.dof_armature[dof]),
         damping=float(model.dof_damping[dof]),
         stiffness=float(model.jnt_stiffness[joint]),

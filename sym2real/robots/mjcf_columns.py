@@ -195,14 +195,15 @@ def ranges_of(model: mujoco.MjModel, actuators: Sequence[int]) -> tuple[Array, A
         joint, gain = int(model.actuator_trnid[index, 0]), model.actuator_gainprm[index, 0]
         on_joint = model.actuator_trntype[index] == BY_JOINT
         placed = told(model, index) == "position" and on_joint and model.jnt_limited[joint]
+        # A servo compares its control with the joint's place times the gear.
+        reach = np.sort(model.jnt_range[joint] * model.actuator_gear[index, 0]) if placed else (-np.inf, np.inf)
         if model.actuator_ctrllimited[index]:
-            within = model.jnt_range[joint] / model.actuator_gear[index, 0] if placed else (-np.inf, np.inf)
-            both = np.clip(model.actuator_ctrlrange[index], *sorted(within))
+            both = np.clip(model.actuator_ctrlrange[index], *reach)
             found.append(both if both[0] < both[1] else model.actuator_ctrlrange[index])
         elif told(model, index) == "force" and model.actuator_forcelimited[index]:
-            found.append(model.actuator_forcerange[index] / gain)
+            found.append(np.sort(model.actuator_forcerange[index] / gain))
         elif placed:
-            found.append(model.jnt_range[joint])
+            found.append(reach)
         else:
             name = model.actuator(index).name
             raise ModelError(f"actuator {name!r}: expected a ctrlrange, or a forcerange of a motor, found neither")
@@ -221,7 +222,22 @@ def opened(mjcf: str) -> tuple[mujoco.MjModel, Any]:
     except (ValueError, OSError, mujoco.FatalError) as error:
         name = "the robot's description" if is_text(mjcf) else mjcf
         raise ModelError(f"{name}: expected an MJCF that MuJoCo opens, found: {' '.join(str(error).split())}") from None
+    _leave_out_what_is_off(model)
     return model, data_at_start(model)
+
+
+def _leave_out_what_is_off(model: mujoco.MjModel) -> None:
+    """Numbers that MuJoCo does not read become zero: what the file's flags disable, biases of actuators without one."""
+    numbers = {
+        "GRAVITY": model.opt.gravity,
+        "SPRING": model.jnt_stiffness,
+        "DAMPER": model.dof_damping,
+        "FRICTIONLOSS": model.dof_frictionloss,
+    }
+    for name, values in numbers.items():
+        if model.opt.disableflags & getattr(mujoco.mjtDisableBit, f"mjDSBL_{name}"):
+            values[:] = 0.0
+    model.actuator_biasprm[model.actuator_biastype == mujoco.mjtBias.mjBIAS_NONE] = 0.0
 
 
 def data_at_start(model: mujoco.MjModel) -> Any:

@@ -37,6 +37,8 @@ VOCABULARY: tuple[tuple[Group, Field], ...] = (
 )
 # Quantities of equations that effects change: gravity in m/s², world axes.
 GRAVITY_COMPONENTS = ("gravity_x", "gravity_y", "gravity_z")
+# What rotors that are told themselves give together, beside their thrust: N m, body axes.
+MOTOR_TORQUES = ("torque_x", "torque_y", "torque_z")
 WRENCH = (*FORCE.columns, *TORQUE.columns)
 # On wheels of one axle: the torque in N m by which they brake a turn, and the inertia in kg m² that turns.
 DRILLING, TURNING_INERTIA = "drilling", "turning_inertia"

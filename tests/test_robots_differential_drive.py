@@ -69,6 +69,27 @@ def test_equations_are_the_simulator_but_for_the_give_of_its_contacts(base: Equa
     assert (errors < 0.07 * moves).all(), errors / moves
 
 
+def test_it_may_face_anywhere_where_it_stands() -> None:
+    key, facing = "0.999999999 0 4.884e-05 0", "0.6 0 0 0.8"
+    assert key in XML
+    robot = Robot.from_mjcf(XML.replace(key, facing), name="turned", state=STATE)
+    yaw = 2.0 * np.arctan2(0.8, 0.6)
+    np.testing.assert_allclose(robot.start[2:4], [np.sin(yaw), np.cos(yaw)], atol=1e-9)
+    errors, moves = missed(robot.nominal(), MujocoPlant(robot))
+    assert (errors < 0.07 * moves).all(), errors / moves
+
+
+def test_effects_are_the_robots_where_the_scene_has_bodies_before_it(base: Equations) -> None:
+    crate = '<body name="crate" pos="3 0 0.1"><geom type="box" size="0.1 0.1 0.1"/></body>'
+    robot = Robot.from_mjcf(XML.replace('<body name="robot"', crate + '<body name="robot"'), name="d", state=STATE)
+    assert robot.mass == pytest.approx(DRIVE.mass)
+    for key, values in (("wind", {"fx": 5.0, "fy": -3.0}), ("rolling_resistance", {"value": 0.5})):
+        alone, beside = (MujocoPlant(one, (effect(key, one).inject(**values),)) for one in (DRIVE, robot))
+        for _ in range(10):
+            states = [plant.step(np.array([8.0, 10.0])) for plant in (alone, beside)]
+        np.testing.assert_allclose(*states, atol=1e-9)
+
+
 @pytest.mark.parametrize(
     ("key", "values"),
     [

@@ -7,9 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
+from effects_cases import Run, change, predicted, simulated, wander
 
 from sym2real.cli import main
 from sym2real.diagnosis import try_effect
+from sym2real.effects import applicable, effect
 from sym2real.errors import ModelError
 from sym2real.experiments.noisy_runs import noisy_runs
 from sym2real.plants import MujocoPlant
@@ -69,6 +71,10 @@ def test_equations_are_the_simulator() -> None:
         ('gear="0 0 8 0 0 0.13"', 'gear="0 0 8 0 0 0.3"', "rotors whose torques are not alike"),
         ('pos="0 0 -0.04" mass="0.2"', 'pos="0.1 0 -0.04" mass="0.2"', "m from the body's origin"),
         ('pos="0 0 -0.04" mass="0.2"', 'pos="0 0 -0.04" euler="0 0 30" mass="0.2"', "principal axes"),
+        ('integrator="RK4"', 'integrator="RK4" gravity="0 0 -3.7"', "a gravity that is not 9.81"),
+        ('integrator="RK4"/>', 'integrator="RK4"><flag gravity="disable"/></option>', "a gravity that is not 9.81"),
+        ("<freejoint/>", '<joint type="free" damping="0.5"/>', "a damping of the free joint"),
+        ('name="frame"', 'name="frame" gravcomp="1"', "a compensation of gravity"),
         ("<freejoint/>", '<joint name="up" type="slide" axis="0 0 1"/>', "an actuator with a filter, or on no joint"),
     ],
 )
@@ -77,6 +83,56 @@ def test_what_these_equations_do_not_cover_is_refused(part: str, instead: str, m
     text = MJCF.replace(part, instead)
     with pytest.raises(ModelError, match=match):
         Robot.from_mjcf(text if "free" in text else text.replace("0 0 1 1 0 0 0", "0"), name="wide").nominal()
+
+
+EFFECTS = {
+    "added_mass": {"value": 0.2},
+    "payload": {"mass": 0.1, "rx": 0.02, "ry": -0.03},
+    "com_offset": {"rx": 0.003, "ry": -0.002},
+    "battery_sag": {"value": 0.4},
+    "ground_effect": {"value": 2.0},
+    "translational_lift": {"value": 0.3},
+    "thrust_curve": {"value": 2.0},
+    "gain:thrust": {"value": 0.8},
+    "offset:thrust": {"value": 1.5},
+    "rotor_loss": {"rotor": 2, "value": 0.2},
+    "torque_scale": {"kx": 0.7, "ky": 1.3, "kz": 2.0},
+    "motor_lag": {"value": 0.05},
+    "rate_damping": {"dx": 0.02, "dy": 0.01, "dz": 0.02},
+    "wind": {"fx": 2.0, "fy": -1.0},
+    "linear_drag": {"cx": 0.5, "cy": 0.8, "cz": 0.2},
+    "mounting_tilt": {"roll": 0.05, "pitch": -0.03},
+}
+
+
+@pytest.fixture(scope="module")
+def in_a_scene() -> Robot:
+    """It hovers over a box, which stands before it in the file and is none of its mass."""
+    box = '<body name="box" pos="1 0 -1"><geom type="box" size="0.3 0.3 0.3"/></body><body name="frame" '
+    return Robot.from_mjcf(MJCF.replace('<body name="frame" ', box), name="wide")
+
+
+def test_every_effect_of_its_equations_can_be_simulated(in_a_scene: Robot) -> None:
+    assert in_a_scene.mass == pytest.approx(1.5)
+    keys = {found.key for found in applicable(in_a_scene.nominal())}
+    assert keys >= set(EFFECTS)
+    assert {key: reason for key in keys if (reason := effect(key, in_a_scene).why_not(in_a_scene))} == {}
+
+
+@pytest.mark.parametrize("key", EFFECTS)
+def test_an_effect_in_the_equations_is_the_effect_in_the_simulator(key: str, in_a_scene: Robot) -> None:
+    """Rotors on bodies of their own, with gears of 8, answer commands that turn the body."""
+    rng, robot, base = np.random.default_rng(2), in_a_scene, in_a_scene.nominal()
+    starts = np.repeat(robot.start[None], 3, axis=0)
+    starts[:, 2], starts[:, 7:] = 0.3, rng.uniform(-0.8, 0.8, (3, 6))
+    actions = np.array([robot.rest + wander(rng, 12, [0.03] * 4, 6.0) for _ in starts])
+    given, values = Run(robot, starts, actions), EFFECTS[key]
+    truth = change(robot, simulated(given, [effect(key, robot).inject(**values)]), simulated(given, []))
+    found = change(robot, predicted(effect(key, base).substitute(base, values), given), predicted(base, given))
+    for field, columns in (("position and velocity", [0, 1, 2, 6, 7, 8]), ("attitude and rates", [3, 4, 5, 9, 10, 11])):
+        seen, expected = truth[..., columns], found[..., columns]
+        if np.linalg.norm(seen) > 1.0 or np.linalg.norm(expected) > 1.0:
+            assert np.linalg.norm(seen - expected) < 0.1 * np.linalg.norm(seen), field
 
 
 def test_one_command_makes_a_model_that_knows_its_robot(tmp_path: Path) -> None:

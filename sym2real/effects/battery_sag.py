@@ -35,7 +35,7 @@ def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
 
 
 def _fade(data: Any, body: Body, values: Numbers) -> None:
-    truth.add_thrust(data, -values["value"] * data.time * truth.thrust(data))
+    truth.scale_thrust(data, 1.0 - values["value"] * data.time)
 
 
 def _why_not(body: Body) -> str:

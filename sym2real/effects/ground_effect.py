@@ -23,7 +23,7 @@ def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
 
 def _lift(data: Any, body: Body, values: Numbers) -> None:
     height = float(data.qpos[2])
-    truth.add_thrust(data, values["value"] * float(np.exp(-height / 0.07)) * truth.thrust(data))
+    truth.scale_thrust(data, 1.0 + values["value"] * float(np.exp(-height / 0.07)))
 
 
 GROUND_EFFECT = Kind(

@@ -28,10 +28,11 @@ from sym2real.effects.kind import Kind, Numbers, Parameter, Values, of_any_body
 from sym2real.effects.manoeuvres import EXCITED
 from sym2real.effects.rate_loop import NUMBERS, RateLoop, other_torque, rate_loops
 from sym2real.effects.searching import Searching, Shown, steps
-from sym2real.effects.thrust import LAGGED, MOTOR_TORQUES, defined, lagging
+from sym2real.effects.thrust import LAGGED, defined, lagging
 from sym2real.effects.wrench import AXES, push
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
+from sym2real.vocabulary import MOTOR_TORQUES
 
 LOOP = (*NUMBERS, "wx_cmd", "wy_cmd", "wz_cmd", "wx", "wy", "wz")
 FEEDBACK, FIRST_FEEDBACK = ("wx", "wy", "wz"), 4

@@ -74,11 +74,11 @@ def _outputs(equations: Equations, roll: Expr, pitch: Expr) -> dict[str, Expr]:
 
 def _inject(body: Body, values: Numbers) -> Change:
     board = Rotation.from_euler("XY", [values["roll"], values["pitch"]])
-    layout, commands = body.layouts.state, body.layouts.action.indices(COMMANDS)
+    layout = body.layouts.state
     attitude, rates = layout.indices(QUATERNION), layout.indices(RATES)
 
     def command(action: Array) -> Array:
-        result = action.copy()
+        result, commands = action.copy(), body.layouts.action.indices(COMMANDS)
         result[commands] = board.apply(action[commands])
         return result
 
@@ -89,7 +89,8 @@ def _inject(body: Body, values: Numbers) -> Change:
         result[rates] = board.inv().apply(state[rates])
         return result
 
-    return Change("", command=lambda: command, measure=lambda: report)
+    looped = COMMANDS[0] in body.layouts.action  # motors of their own are not told in the board's axes
+    return Change("", command=(lambda: command) if looped else None, measure=lambda: report)
 
 
 MOUNTING_TILT = Kind(

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from sym2real.effects import truth
 from sym2real.effects.alike import ONE_LIFT, ONE_MAP, ONE_PULL, ONE_THRUST, ONE_TORQUE, ONE_TORQUE_AT_ONE_THRUST, Member
 from sym2real.effects.body import Body
-from sym2real.effects.kind import Kind, Parameter, Values
+from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.searching import Searching, Shown, alone_on, by_role
-from sym2real.effects.truth import commanding
+from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
 
 
@@ -18,6 +19,12 @@ def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
     return equations.substitute({body.column: symbol(body.column) + values["value"]})
 
 
+def _inject(body: Body, values: Numbers) -> Change:
+    if body.column in body.quantities:  # the thrust of motors, whose torques stay
+        return truth.pushing(lambda data, _, known: truth.add_thrust(data, known["value"]))(body, values)
+    return truth.commanding(lambda command, _, known: command + known["value"])(body, values)
+
+
 OFFSET = Kind(
     name="offset",
     stage="command",
@@ -27,7 +34,7 @@ OFFSET = Kind(
     confused_with="a gain while the command hardly varies; for rate commands a torque bias or centre-of-mass offset",
     shown_by="commands of both signs, or of several sizes",
     fix="trim the actuator by minus this offset (servo centre, thrust trim), or subtract it from the command",
-    inject=commanding(lambda command, _, values: command + values["value"]),
+    inject=_inject,
     substitute=_substitute,
     columns="action",
     alike=(

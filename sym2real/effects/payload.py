@@ -10,7 +10,7 @@ from sym2real.effects.com_offset import COM_OFFSET, WITHIN
 from sym2real.effects.domain import NOT_NEGATIVE
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.searching import Searching
-from sym2real.effects.truth import editing
+from sym2real.effects.truth import editing, free_body
 
 RADIUS = 0.003  # m, of the ball that the truth hangs on the robot
 
@@ -35,7 +35,7 @@ def _hang(spec: Any, body: Body, values: Numbers) -> None:
     """A ball welded to the robot: MuJoCo finds mass, centre and inertia itself."""
     if not values["mass"]:
         return
-    load = spec.worldbody.first_body().add_body(pos=[values[name] for name in ("rx", "ry", "rz")])
+    load = free_body(spec).add_body(pos=[values[name] for name in ("rx", "ry", "rz")])
     load.explicitinertial, load.ipos = True, [0.0, 0.0, 0.0]
     load.mass = values["mass"]
     load.inertia = [0.4 * values["mass"] * RADIUS**2] * 3

@@ -7,21 +7,20 @@ from typing import Any
 import numpy as np
 
 from sym2real.effects.body import Body
+from sym2real.effects.truth import robot_in, rotation
 from sym2real.errors import ModelError
 from sym2real.trajectory import Array
 from sym2real.vocabulary import MOTOR_COLUMNS, MOTORS
 
 
-def rotor_sites(spec: Any) -> list[tuple[Any, Any]]:
-    """The actuator of every motor in an ``MjSpec``, with the site that it pushes at.
+def require_rotors(spec: Any) -> None:
+    """Refuse an ``MjSpec`` without motors of its own.
 
     Raises:
         ModelError: where the robot is described by a thrust and a rate loop.
     """
-    found = [actuator for actuator in spec.actuators if actuator.name in MOTOR_COLUMNS]
-    if len(found) < len(MOTORS):
+    if sum(actuator.name in MOTOR_COLUMNS for actuator in spec.actuators) < len(MOTORS):
         raise ModelError(f"the simulated robot has no actuators named {', '.join(MOTORS)}: it has a rate loop")
-    return [(actuator, spec.site(actuator.target)) for actuator in found]
 
 
 def _rotors(model: Any) -> list[int]:
@@ -29,10 +28,11 @@ def _rotors(model: Any) -> list[int]:
     return [index for index in range(model.nu) if model.actuator(index).name in MOTOR_COLUMNS]
 
 
-def places(model: Any, body: Body) -> Array:
+def places(model: Any, data: Any, body: Body) -> Array:
     """Rotors in the body frame in m; behind a rate loop the first front right, clockwise from above ``# (n, 3)``."""
     if rotors := _rotors(model):
-        own: Array = model.site_pos[model.actuator_trnid[rotors, 0]]
+        away = data.site_xpos[model.actuator_trnid[rotors, 0]] - data.xpos[robot_in(model)]
+        own: Array = away @ rotation(data)
         return own
     angle = np.deg2rad([-45.0, -135.0, 135.0, 45.0])
     found: Array = body.number("arm") * np.array([np.cos(angle), np.sin(angle), np.zeros(4)]).T
@@ -51,9 +51,9 @@ def reactions(model: Any, body: Body) -> Array:
 def pushes(model: Any, data: Any, body: Body) -> Array:
     """What every rotor gives now, N ``# (n,)``: what its actuator does, or what all actuators together ask of it."""
     if rotors := _rotors(model):
-        own: Array = np.array(data.actuator_force[rotors])
+        own: Array = data.actuator_force[rotors] * model.actuator_gear[rotors, 2]
         return own
-    along = places(model, body)
+    along = places(model, data, body)
     mixer = np.stack([np.ones(4), along[:, 1], -along[:, 0], reactions(model, body)])
     asked: Array = np.linalg.solve(mixer, np.array(data.actuator_force[:4]))
     return asked

@@ -8,11 +8,11 @@ from sympy import Expr, Integer, Symbol
 
 from sym2real.effects.body import GRAVITY, Body
 from sym2real.symbolic import Equations, symbol
+from sym2real.vocabulary import MOTOR_TORQUES
 
 LAGGED = "rotor_thrust"
 # Before the name of an action or a push, of the quantity that stands in its place in equations with many effects.
 ACTING = "acting_"
-MOTOR_TORQUES = ("torque_x", "torque_y", "torque_z")
 
 
 def acting(equations: Equations, name: str) -> Symbol:

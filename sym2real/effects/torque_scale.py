@@ -9,13 +9,16 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
+from sym2real.effects import truth
 from sym2real.effects.body import Body
 from sym2real.effects.domain import POSITIVE
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values, of_any_body
-from sym2real.effects.simulated_rotors import rotor_sites
-from sym2real.effects.thrust import MOTOR_TORQUES
-from sym2real.effects.truth import editing
+from sym2real.effects.simulated_rotors import places, pushes, reactions, require_rotors
+from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
+from sym2real.vocabulary import MOTOR_TORQUES
 
 NAMES = ("kx", "ky", "kz")
 
@@ -26,12 +29,15 @@ def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
     )
 
 
-def _move(spec: Any, body: Body, values: Numbers) -> None:
-    """Levers: rotors stand nearer or further, and react less or more; what that does is left to MuJoCo's moments."""
-    for actuator, site in rotor_sites(spec):
-        x, y, z = site.pos
-        site.pos = [values["ky"] * x, values["kx"] * y, z]
-        actuator.gear = [*actuator.gear[:5], values["kz"] * actuator.gear[5]]
+def _turn(model: Any, data: Any, body: Body, values: Numbers) -> None:
+    """What longer levers, and stronger reactions, add to the torque of what every rotor gives now."""
+    x, y, _ = places(model, data, body).T
+    more = [values[name] - 1.0 for name in NAMES] * np.array([y, -x, reactions(model, body)]).T
+    truth.add_torque(data, pushes(model, data, body) @ more)
+
+
+def _inject(body: Body, values: Numbers) -> Change:
+    return Change("", edit=require_rotors, force=lambda model, data: _turn(model, data, body, values))
 
 
 TORQUE_SCALE = Kind(
@@ -45,7 +51,7 @@ TORQUE_SCALE = Kind(
     confused_with="gains of all motors, which change the thrust as well; an inertia that is off is the same thing",
     shown_by="turns about all axes, to both sides: dither of the motors, each on its own",
     fix="set arm, reaction torque per thrust or inertia by this factor; a bifilar pendulum measures the inertia",
-    inject=editing(_move),
+    inject=_inject,
     substitute=_substitute,
     needs=("thrust", *MOTOR_TORQUES, "wx", "wy", "wz"),
     robot="quadrotor",

@@ -20,7 +20,7 @@ def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
 
 def _lift(data: Any, body: Body, values: Numbers) -> None:
     along = truth.rotation(data).T @ truth.velocity(data)
-    truth.add_thrust(data, values["value"] * float(along[:2] @ along[:2]) * truth.thrust(data))
+    truth.scale_thrust(data, 1.0 + values["value"] * float(along[:2] @ along[:2]))
 
 
 TRANSLATIONAL_LIFT = Kind(

@@ -1,7 +1,8 @@
 """Means of injection: what a simulated robot's own quantities are, and pushes at its points.
 
-The robot is body 1 of the description, a free body; its first actuator is a quadrotor's thrust along body z, the
-next three its rate loop. ``MjSpec`` bodies, actuators and geoms are edited before compilation.
+The robot is the free body of the description, the first that moves. Its actuators are rotors of their own, or the first
+is a quadrotor's thrust along body z, and the next three its rate loop. ``MjSpec`` bodies, actuators and geoms are
+edited before compilation.
 """
 
 from __future__ import annotations
@@ -18,14 +19,24 @@ from sym2real.protocols import Change, Filter
 from sym2real.trajectory import Array
 from sym2real.vocabulary import MOTOR_COLUMNS
 
-ROBOT = 1
+FREE = 0  # mujoco.mjtJoint.mjJNT_FREE
 FILTER, FILTER_EXACT = 2, 3  # mujoco.mjtDyn: for integrators of higher order, and for those of first order
 RUNGE_KUTTA = 1  # mujoco.mjtIntegrator.mjINT_RK4
 
 
+def robot_in(model: Any) -> int:
+    """Number of the robot's first body: a scene may hold bodies before it that do not move."""
+    return int(model.dof_bodyid[0])
+
+
+def free_body(spec: Any) -> Any:
+    """The same body in an ``MjSpec``."""
+    return next(joint.parent for joint in spec.joints if int(joint.type) == FREE)
+
+
 def rotation(data: Any) -> Array:
     """Body→world matrix ``# (3, 3)``."""
-    matrix: Array = np.array(data.xmat[ROBOT]).reshape(3, 3)
+    matrix: Array = np.array(data.xmat[robot_in(data.model)]).reshape(3, 3)
     return matrix
 
 
@@ -43,27 +54,33 @@ def rates(data: Any) -> Array:
 
 def thrust(data: Any) -> float:
     """What the thrust actuator, or all rotors of their own together, give now, N."""
-    rotors = [index for index in range(len(data.actuator_force)) if data.actuator(index).name in MOTOR_COLUMNS]
-    return float(data.actuator_force[rotors or [0]].sum())
+    return float(np.array(data.qfrc_actuator[:3]) @ rotation(data)[:, 2])
+
+
+def scale_thrust(data: Any, factor: float) -> None:
+    """So many times what the rotors give: their torques scale alike where they are told themselves, without a loop."""
+    add_thrust(data, (factor - 1.0) * thrust(data))
+    if any(data.actuator(index).name in MOTOR_COLUMNS for index in range(len(data.actuator_force))):
+        add_torque(data, (factor - 1.0) * np.array(data.qfrc_actuator[3:6]))
 
 
 def add_force(data: Any, force: Array) -> None:
-    """A force along world axes at the centre of mass of the robot's first body."""
-    data.xfrc_applied[ROBOT, :3] += force
+    """A force along world axes at the centre of mass of the robot with all that it carries."""
+    robot = robot_in(data.model)
+    data.xfrc_applied[robot] += [*force, *np.cross(data.subtree_com[robot] - data.xipos[robot], force)]
 
 
 def add_torque(data: Any, torque: Array) -> None:
     """A torque about body axes."""
-    data.xfrc_applied[ROBOT, 3:] += rotation(data) @ torque
+    data.xfrc_applied[robot_in(data.model), 3:] += rotation(data) @ torque
 
 
 def add_thrust(data: Any, size: float, place: Array | None = None) -> None:
     """A force along body z in N at a place of the body frame ``# (3,)``: at the rotors' centre, its origin, if None."""
-    turned = rotation(data)
+    turned, robot = rotation(data), robot_in(data.model)
     force = size * turned[:, 2]
-    point = data.xpos[ROBOT] + (0.0 if place is None else turned @ place)
-    data.xfrc_applied[ROBOT, :3] += force
-    data.xfrc_applied[ROBOT, 3:] += np.cross(point - data.xipos[ROBOT], force)
+    point = data.xpos[robot] + (0.0 if place is None else turned @ place)
+    data.xfrc_applied[robot] += [*force, *np.cross(point - data.xipos[robot], force)]
 
 
 def editing(edit: Callable[[Any, Body, Numbers], None]) -> Inject:
@@ -82,13 +99,16 @@ def measuring(report: Callable[[Array, Body, Numbers], Array]) -> Inject:
 
 
 def set_inertial(spec: Any, extra_mass: float = 0.0, offset: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> None:
-    """Mass of the robot's first body and its centre; inertia about the centre of mass stays."""
-    plain, body = spec.copy().compile(), spec.worldbody.first_body()
+    """Mass of the robot's first body, and where the whole robot's centre lies; inertia about the former's stays."""
+    plain, body = spec.copy().compile(), free_body(spec)
+    robot = robot_in(plain)
+    own = plain.body_mass[robot] + extra_mass
     body.explicitinertial = True
-    body.mass = plain.body_mass[ROBOT] + extra_mass
-    body.inertia = plain.body_inertia[ROBOT]
-    body.iquat = plain.body_iquat[ROBOT]
-    body.ipos = plain.body_ipos[ROBOT] + np.array(offset)
+    body.mass = own
+    body.inertia = plain.body_inertia[robot]
+    body.iquat = plain.body_iquat[robot]
+    # Bodies that it carries stay where they are, so that it moves by more than the centre of all.
+    body.ipos = plain.body_ipos[robot] + (plain.body_subtreemass[robot] + extra_mass) / own * np.array(offset)
 
 
 def set_lag(spec: Any, actuator: Any, time: float) -> None:
@@ -135,9 +155,18 @@ def actuators(spec: Any, body: Body) -> list[Any]:
 
 
 def commanding(change: Callable[[float, Body, Numbers], float], column: str = "") -> Inject:
-    """A truth that maps a command to another one: the bound one, or that of a column."""
+    """A truth that maps a command to another one: the bound one, or that of a column.
+
+    Where thrust is none, but what motors give together, they give so many times more.
+    """
+
+    def scale(data: Any, body: Body, values: Numbers) -> None:
+        if given := thrust(data):
+            scale_thrust(data, change(given, body, values) / given)
 
     def inject(body: Body, values: Numbers) -> Change:
+        if (column or body.column) in body.quantities:
+            return pushing(scale)(body, values)
         place = body.layouts.action.index(column or body.column)
 
         def apply(action: Array) -> Array:

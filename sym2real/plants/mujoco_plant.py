@@ -229,9 +229,11 @@ class MujocoPlant:
             # A physics step leaves positions and velocities of its beginning behind; the callbacks read the present.
             mujoco.mj_forward(self.mj_model, self.mj_data)
         if self._pushes:
-            torque = np.empty(3)
+            pushed, torque = self._wrench[:3], np.empty(3)
             mujoco.mju_rotVecQuat(torque, self._wrench[3:], self.mj_data.qpos[3:7])
-            self.mj_data.xfrc_applied[self._body] = [*self._wrench[:3], *torque]
+            # MuJoCo pushes at the centre of one body, a wrench at that of the robot.
+            lever = self.mj_data.subtree_com[self._body] - self.mj_data.xipos[self._body]
+            self.mj_data.xfrc_applied[self._body] = [*pushed, *(torque + np.cross(lever, pushed))]
         for force in self._forces:
             force(self.mj_model, self.mj_data)
 

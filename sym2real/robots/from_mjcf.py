@@ -23,7 +23,7 @@ from sym2real.robots.flying import Rotorcraft, against_flying, flying
 from sym2real.robots.recipe import Recipe
 from sym2real.robots.robot import GRAVITY, Limits, MPPISettings, Robot
 from sym2real.trajectory import Array
-from sym2real.vocabulary import HEADING, RATE, push_column, rate_column
+from sym2real.vocabulary import DRILLING, HEADING, MOTOR_TORQUES, RATE, THRUST_COLUMN, push_column, rate_column
 
 if TYPE_CHECKING:
     from sym2real.symbolic import Equations
@@ -83,7 +83,10 @@ def from_mjcf(
     model, data = columns.opened(file)
     wanted = _named(columns.names_of(model, "actuator") if actions is None else actions)
     known = columns.state_columns(model)
-    wheels = planar.Wheels.of(model, data) if planar.asked(state) else None
+    start, wheels = data.qpos.copy(), None
+    if planar.asked(state):
+        data = planar.facing_x(model, data)
+        wheels = planar.Wheels.of(model, data)
     chosen = _state(known, state) if wheels is None else Layout.of(planar.STATE)
     layouts = columns.layouts_of(model, chosen, wanted)
     actuators = [model.actuator(actuator_name).id for actuator_name in wanted]
@@ -92,16 +95,20 @@ def from_mjcf(
     simulated = columns.Coordinates(places, standing, model.nq, actuators, model.nu)
     coordinates: columns.Coordinates | planar.PlanarCoordinates = simulated
     low, high = columns.ranges_of(model, actuators)
-    own = {"mass": float(model.body_subtreemass[0])} | _joint_numbers(model, columns.inertias(model, data))
+    moving = model.body_weldid != 0  # a table in the scene is none of the robot's mass
+    own = {"mass": float(model.body_mass[moving].sum())} | _joint_numbers(model, columns.inertias(model, data))
+    quantities = columns.quantities_of(model) + _derived_rates(model, layouts.state)
     own |= _ranges(layouts.action, low, high) | strengths(model, actuators, np.maximum(-low, high))
     if wheels is not None:
         layouts = replace(layouts, inputs=planar.inputs_of(model))
         coordinates = planar.PlanarCoordinates(wheels, data.qpos.copy(), model.nv)
         own |= wheels.numbers(model, data, wanted)
         against = against_rolling(model, wheels)
+        quantities += () if against else (DRILLING,)
     elif columns.FREE in model.jnt_type:
         against = against_flying(model, data, wanted)
         own |= {} if against else Rotorcraft.of(model, data, actuators).numbers
+        quantities += () if against else (THRUST_COLUMN, *MOTOR_TORQUES)
     else:
         against = against_tree(model, layouts.state)
     described, period = rigid_body is not None or not against, _period(model, dt)
@@ -113,14 +120,14 @@ def from_mjcf(
         description=Description(
             mjcf=file,
             physics_dt=float(model.opt.timestep),
-            start=coordinates.to_state(data.qpos, np.zeros(model.nv)),
+            start=coordinates.to_state(start, np.zeros(model.nv)),
             rest=np.clip(data.ctrl[actuators], low, high),
             to_state=coordinates.to_state,
             to_coordinates=coordinates.to_coordinates,
             to_control=simulated.to_control,
             body=_free_body(model),
             crash=_crash(model) if wheels is None else "rolled over",
-            quantities=columns.quantities_of(model) + _derived_rates(model, layouts.state),
+            quantities=quantities,
             actuators=wanted,
         ),
         recipe=recipe or default_recipe(model, layouts.state, wanted, high - low, described),
@@ -231,7 +238,7 @@ def _equations(file: str, layouts: Layouts, actions: Mapping[str, str], dt: floa
 
     model, data = columns.opened(file)
     if planar.asked(layouts.state):
-        return rolling(model, data, layouts, actions, dt)
+        return rolling(model, planar.facing_x(model, data), layouts, actions, dt)
     if columns.FREE in model.jnt_type:
         return flying(model, data, actions, dt)
     return multibody(model, layouts, actions, dt)

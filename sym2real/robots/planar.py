@@ -50,6 +50,22 @@ def yaw_of(qpos: Array, first: int = 3) -> Array:
     return yaw
 
 
+def facing_x(model: mujoco.MjModel, data: Any) -> Any:
+    """Data of a robot that is turned about z until it faces along the world's x, wherever a keyframe has it face.
+
+    Raises:
+        ModelError: for a robot without a free joint.
+    """
+    if columns.FREE not in model.jnt_type:
+        raise ModelError("expected a free joint of a robot with a heading, found none")
+    turned, place = copy(data), int(model.jnt_qposadr[np.argmax(model.jnt_type == columns.FREE)])
+    half = -0.5 * yaw_of(data.qpos, place + 3)
+    back = np.array([np.cos(half), 0.0, 0.0, np.sin(half)])
+    mujoco.mju_mulQuat(turned.qpos[place + 3 : place + 7], back, data.qpos[place + 3 : place + 7])
+    mujoco.mj_forward(model, turned)
+    return turned
+
+
 @dataclass(frozen=True, eq=False)
 class Wheels:
     """What rolls with the body.
@@ -73,13 +89,7 @@ class Wheels:
 
     @classmethod
     def of(cls, model: mujoco.MjModel, data: Any) -> Wheels:
-        """Those of a compiled file, where its data stand.
-
-        Raises:
-            ModelError: for a robot without a free joint.
-        """
-        if columns.FREE not in model.jnt_type:
-            raise ModelError("expected a free joint of a robot with a heading, found none")
+        """Those of a compiled file, where its data stand, facing along x."""
         free = int(np.argmax(model.jnt_type == columns.FREE))
         body, place, first = (int(of[free]) for of in (model.jnt_bodyid, model.jnt_qposadr, model.jnt_dofadr))
         joints = [joint for joint in range(model.njnt) if joint != free]

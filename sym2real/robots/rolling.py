@@ -96,7 +96,7 @@ def rolling(model: mujoco.MjModel, data: Any, layouts: Layouts, actions: Mapping
 
     Args:
         model: the compiled file.
-        data: where the robot stands on its wheels.
+        data: where the robot stands on its wheels, facing along x.
         layouts: of the robot.
         actions: column of the action by actuator.
         dt: control period in s.
@@ -109,7 +109,8 @@ def rolling(model: mujoco.MjModel, data: Any, layouts: Layouts, actions: Mapping
         raise ModelError(f"expected wheels of one axle that roll with the robot, found {' and '.join(found)}: {LEARN}")
     links = [link for link in links_of(model) if link.joint in wheels.names]
     aside, turn = (wheels.first + dof for dof in OF_FREE[1:])
-    moment, lever = float(columns.inertias(model, data)[aside, turn]), model.body_ipos[wheels.body, :2].tolist()
+    moment = float(columns.inertias(model, data)[aside, turn])
+    lever = (data.subtree_com[wheels.body] - data.xpos[wheels.body])[:2].tolist()
     inertia, brakes = wheels.inertia(model, data), drilling(model, data)
     spinning = columns.inertias(model, data)[wheels.dofs, wheels.dofs]
     decay = fastest(inertia, wheels.ways.T @ np.diag(braking(model)[wheels.dofs]) @ wheels.ways)

@@ -16,7 +16,6 @@ from sym2real.diagnosis.faults.mistakes.transformation import Exchanged, of_all
 from sym2real.effects.along_logs import from_row_to_row
 from sym2real.effects.filters import spelled_out
 from sym2real.effects.inputs import with_inputs
-from sym2real.effects.thrust import MOTOR_TORQUES
 from sym2real.effects.visible import VisibleModel, visible_in_double
 from sym2real.layout import motors_of
 from sym2real.logs.motor_order import ORDERS, MotorOrder, Turning, motor_order
@@ -25,7 +24,7 @@ from sym2real.symbolic import Equations, compile_function
 from sym2real.symbolic.expressions import names_in
 from sym2real.symbolic.period import at_period
 from sym2real.trajectory import Array, Trajectory
-from sym2real.vocabulary import MOTORS, RATE, THRUST_COLUMN
+from sym2real.vocabulary import MOTOR_TORQUES, MOTORS, RATE, THRUST_COLUMN
 
 # Of Newton's method for commands that turn the body the other way: its step, steps that thrust curves need, and what
 # it may miss of the largest thrust and torques.

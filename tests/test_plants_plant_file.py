@@ -51,6 +51,12 @@ def test_a_written_plant_moves_as_the_changed_one(robot: Robot, effects: tuple, 
     assert np.abs(injected - moved(MujocoPlant(robot))).max() > 0.01
 
 
+def test_values_may_be_numbers_of_numpy(tmp_path: Path) -> None:
+    """As of a fit or a draw; NumPy writes them as np.float64(…), which is no TOML."""
+    save_plant(CRAZYFLIE, [("wind", {"fx": np.float64(0.01), "fy": np.float32(0.5)})], tmp_path)
+    assert "fx 0.01, fy 0.5" in load_plant(tmp_path).changes[0].name
+
+
 def test_the_description_alone_has_mass_and_centre_and_opens_anywhere(tmp_path: Path) -> None:
     description, _ = save_plant(CRAZYFLIE, FLIGHTS[0], tmp_path)
     model = mujoco.MjModel.from_xml_path(str(description))

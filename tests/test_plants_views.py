@@ -22,7 +22,7 @@ from sym2real.plants import (
     run_episode,
 )
 from sym2real.plants.gymnasium_view import TaskEnvironment
-from sym2real.robots import CRAZYFLIE, MUSHR, Robot
+from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, Robot
 from sym2real.symbolic import compile_model
 from sym2real.tasks import make_task
 from sym2real.trajectory import Array
@@ -189,6 +189,15 @@ def test_pushes_are_smooth_bounded_random_and_repeatable(robot: Robot) -> None:
     assert (share.std(axis=0) > 0.35).all()
     assert (np.abs(share.mean(axis=0)) < 0.3).all()
     assert (np.diff(share, axis=0).std(axis=0) < 0.15 * share.std(axis=0)).all()
+
+
+@pytest.mark.parametrize("name", ["cart_pole", "arm", "differential_drive"])
+def test_pushes_along_joints_stay_within_their_limits(name: str) -> None:
+    """Each alone: no push belongs to another, whatever letters their names begin with."""
+    robot = ROBOTS[name]
+    share = random_push(robot, 5000, np.random.default_rng(0)) / [*map(robot.limits.push.get, robot.layouts.inputs)]
+    assert (0.8 < np.abs(share).max(axis=0)).all()
+    assert np.abs(share).max() < 1.0
 
 
 def test_the_car_forgets_no_wrench_limits() -> None:

@@ -62,8 +62,7 @@ def _inject(body: Body, values: Numbers) -> Change:
     rotor = _number(values["rotor"], body)
 
     def lose(model: Any, data: Any) -> None:
-        place = simulated_rotors.places(model, data, body)[rotor]
-        reaction = simulated_rotors.reactions(model, body)[rotor]
+        place, reaction = (found(model, body)[rotor] for found in (simulated_rotors.places, simulated_rotors.reactions))
         lost = values["value"] * simulated_rotors.pushes(model, data, body)[rotor]
         truth.add_thrust(data, -lost, place)
         truth.add_torque(data, np.array([0.0, 0.0, -lost * reaction]))

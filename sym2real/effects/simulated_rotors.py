@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from sym2real.effects.body import Body
-from sym2real.effects.truth import robot_in, rotation
+from sym2real.effects.truth import robot_in
 from sym2real.errors import ModelError
 from sym2real.trajectory import Array
 from sym2real.vocabulary import MOTOR_COLUMNS, MOTORS
@@ -28,12 +29,27 @@ def _rotors(model: Any) -> list[int]:
     return [index for index in range(model.nu) if model.actuator(index).name in MOTOR_COLUMNS]
 
 
-def places(model: Any, data: Any, body: Body) -> Array:
+def stands(model: Any, rotor: int) -> tuple[Array, Array]:
+    """Where a rotor's site stands in the body frame, m ``# (3,)``, and its axes there ``# (3, 3)``.
+
+    It may be on an arm that is a body of its own.
+    """
+    site = model.actuator_trnid[rotor, 0]
+    place, turn, at = (
+        model.site_pos[site],
+        Rotation.from_quat(np.roll(model.site_quat[site], -1)),
+        int(model.site_bodyid[site]),
+    )
+    while at != robot_in(model):
+        carried = Rotation.from_quat(np.roll(model.body_quat[at], -1))
+        place, turn, at = model.body_pos[at] + carried.apply(place), carried * turn, int(model.body_parentid[at])
+    return place, turn.as_matrix()
+
+
+def places(model: Any, body: Body) -> Array:
     """Rotors in the body frame in m; behind a rate loop the first front right, clockwise from above ``# (n, 3)``."""
     if rotors := _rotors(model):
-        away = data.site_xpos[model.actuator_trnid[rotors, 0]] - data.xpos[robot_in(model)]
-        own: Array = away @ rotation(data)
-        return own
+        return np.array([stands(model, rotor)[0] for rotor in rotors])
     angle = np.deg2rad([-45.0, -135.0, 135.0, 45.0])
     found: Array = body.number("arm") * np.array([np.cos(angle), np.sin(angle), np.zeros(4)]).T
     return found
@@ -53,7 +69,7 @@ def pushes(model: Any, data: Any, body: Body) -> Array:
     if rotors := _rotors(model):
         own: Array = data.actuator_force[rotors] * model.actuator_gear[rotors, 2]
         return own
-    along = places(model, data, body)
+    along = places(model, body)
     mixer = np.stack([np.ones(4), along[:, 1], -along[:, 0], reactions(model, body)])
     asked: Array = np.linalg.solve(mixer, np.array(data.actuator_force[:4]))
     return asked

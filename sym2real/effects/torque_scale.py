@@ -9,16 +9,13 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
-from sym2real.effects import truth
 from sym2real.effects.body import Body
 from sym2real.effects.domain import POSITIVE
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values, of_any_body
-from sym2real.effects.simulated_rotors import places, pushes, reactions, require_rotors
-from sym2real.protocols import Change
+from sym2real.effects.simulated_rotors import require_rotors, stands
+from sym2real.effects.truth import editing
 from sym2real.symbolic import Equations, symbol
-from sym2real.vocabulary import MOTOR_TORQUES
+from sym2real.vocabulary import MOTOR_COLUMNS, MOTOR_TORQUES
 
 NAMES = ("kx", "ky", "kz")
 
@@ -29,15 +26,16 @@ def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
     )
 
 
-def _turn(model: Any, data: Any, body: Body, values: Numbers) -> None:
-    """What longer levers, and stronger reactions, add to the torque of what every rotor gives now."""
-    x, y, _ = places(model, data, body).T
-    more = [values[name] - 1.0 for name in NAMES] * np.array([y, -x, reactions(model, body)]).T
-    truth.add_torque(data, pushes(model, data, body) @ more)
-
-
-def _inject(body: Body, values: Numbers) -> Change:
-    return Change("", edit=require_rotors, force=lambda model, data: _turn(model, data, body, values))
+def _lengthen(spec: Any, body: Body, values: Numbers) -> None:
+    """Gears: what rotors that stand nearer or further, and react less or more, turn the body by."""
+    require_rotors(spec)
+    plain = spec.copy().compile()
+    for number, actuator in enumerate(spec.actuators):
+        if actuator.name in MOTOR_COLUMNS:
+            (x, y, _), axes = stands(plain, number)
+            lift, reaction = actuator.gear[2], values["kz"] * actuator.gear[5]
+            lever = axes.T @ [(values["kx"] - 1.0) * y * lift, (1.0 - values["ky"]) * x * lift, 0.0]
+            actuator.gear = [*actuator.gear[:3], *(actuator.gear[3:5] + lever[:2]), reaction]
 
 
 TORQUE_SCALE = Kind(
@@ -51,7 +49,7 @@ TORQUE_SCALE = Kind(
     confused_with="gains of all motors, which change the thrust as well; an inertia that is off is the same thing",
     shown_by="turns about all axes, to both sides: dither of the motors, each on its own",
     fix="set arm, reaction torque per thrust or inertia by this factor; a bifilar pendulum measures the inertia",
-    inject=_inject,
+    inject=editing(_lengthen),
     substitute=_substitute,
     needs=("thrust", *MOTOR_TORQUES, "wx", "wy", "wz"),
     robot="quadrotor",

@@ -62,7 +62,7 @@ def save_plant(robot: Robot, effects: Chosen, folder: str | Path) -> tuple[Path,
     lines += [] if origin is None else [f'origin = "{ORIGIN}"']
     for key, values in given:
         lines += ["", "[[effects]]", f"effect = {json.dumps(key)}"]
-        lines += [f"{name} = {value!r}" for name, value in values.items()]
+        lines += [f"{name} = {float(value)!r}" for name, value in values.items()]
     description = edited(robot, changes)
     description.compile()  # MuJoCo writes only what it has compiled
     with whole(folder / DESCRIPTION) as body, whole(folder / PLANT) as plant:

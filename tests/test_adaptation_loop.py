@@ -297,6 +297,9 @@ def test_another_run_or_model_in_the_folder_is_refused(folder: Path, adapted: Ad
         adapt(CRAZYFLIE.nominal(), MujocoPlant(CRAZYFLIE), task, NARROW, SMALL, folder=folder)
     with pytest.raises(ModelError, match="steps: 200 there, 130 now"):
         adapt(CRAZYFLIE.nominal(), windy(), task, NARROW, replace(SMALL, steps=130), folder=folder)
+    wider = make_task("circle", CRAZYFLIE, radius=0.8)  # the same name, another circle
+    with pytest.raises(ModelError, match=r"reference: .* there, .* now"):
+        adapt(CRAZYFLIE.nominal(), windy(), wider, NARROW, SMALL, folder=folder)
     (tmp_path / "equations.json").write_text("{}")
     with pytest.raises(ModelError, match="holds a model that was not adapted there"):
         adapt(CRAZYFLIE.nominal(), windy(), task, NARROW, SMALL, folder=tmp_path)

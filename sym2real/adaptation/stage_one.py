@@ -28,6 +28,7 @@ from sym2real.protocols import Controller, SymbolicRegressor
 from sym2real.regression import require_dependence
 from sym2real.symbolic import Equations
 from sym2real.tasks import Task
+from sym2real.tasks.task import digest_of_reference
 from sym2real.trajectory import Trajectory
 
 KINDS = ("episode", "pushed")
@@ -136,7 +137,12 @@ def stage_one(
         raise ModelError("Stage I needs at least one task")
     loop = _Loop(plant, tuple(tasks), engine, settings or StageOne(), Record(folder, plant.layouts), on_progress)
     loop.record.claim(
-        {"robot": plant.robot.name, "tasks": [task.name for task in tasks], "engine": repr(engine)}
+        {
+            "robot": plant.robot.name,
+            "tasks": [task.name for task in tasks],
+            "references": [digest_of_reference(task) for task in tasks],
+            "engine": repr(engine),
+        }
         | {key: value for key, value in asdict(loop.settings).items() if key not in ("episodes", "until_settled")}
     )
     return loop.run()

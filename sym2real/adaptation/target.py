@@ -19,6 +19,7 @@ from sym2real.plants import run_episode
 from sym2real.protocols import Controller, Plant
 from sym2real.robots import Robot
 from sym2real.tasks import Task
+from sym2real.tasks.task import digest_of_reference
 from sym2real.trajectory import Array
 
 
@@ -64,12 +65,13 @@ class Flights:
 
     @property
     def about(self) -> dict[str, Any]:
-        """Robot, task, changes and description of the plant, and how episodes are flown."""
+        """Robot, task with its reference, changes and description of the plant, and how episodes are flown."""
         changes = [change.name for change in getattr(self.plant, "changes", ())]
         description = hashlib.sha256((getattr(self.plant, "description", None) or "").encode()).hexdigest()
         return {
             "robot": self.robot.name,
             "task": self.task.name,
+            "reference": digest_of_reference(self.task),
             "changes": changes,
             "description": description,
             "steps": self.steps,

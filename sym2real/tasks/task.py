@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -9,6 +10,7 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 import sympy
+import torch
 from torch import Tensor
 
 from sym2real.errors import ShapeError
@@ -16,6 +18,7 @@ from sym2real.robots.robot import Robot
 from sym2real.trajectory import Array
 from sym2real.vocabulary import ATTITUDE, HEADING, POSITION
 
+ROWS = 101  # of a reference that tell it from another
 Reference = Callable[[Tensor], Tensor]
 Cost: TypeAlias = sympy.Expr | Callable[[Tensor, Tensor, Tensor], Tensor]
 
@@ -44,6 +47,13 @@ class Task:
     cost: Cost
     start: Callable[[np.random.Generator], Array]
     duration: float
+
+
+def digest_of_reference(task: Task) -> str:
+    """What tells a task from another of the same name: its reference over its duration, to a millionth."""
+    time = torch.linspace(0.0, task.duration, ROWS, dtype=torch.float64)
+    rows = np.round(task.reference(time).numpy(), 6) + 0.0  # no -0.0
+    return hashlib.sha256(rows.tobytes()).hexdigest()[:16]
 
 
 def flies(robot: Robot) -> bool:

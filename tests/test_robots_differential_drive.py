@@ -79,6 +79,19 @@ def test_it_may_face_anywhere_where_it_stands() -> None:
     assert (errors < 0.07 * moves).all(), errors / moves
 
 
+def test_a_track_is_wider_whatever_the_wheels_are_mounted_on() -> None:
+    """On arms that are bodies of their own and stand askew, as converters of descriptions make them."""
+    left, end = '<body name="left_wheel" pos="0 0.15 0">', '<geom class="wheel" name="left_wheel"/>\n      </body>'
+    assert left in XML
+    assert end in XML
+    arm = '<body pos="0 0.1 0" euler="0 0 90"><body name="left_wheel" pos="0.05 0 0" euler="0 0 -90">'
+    mounted = Robot.from_mjcf(XML.replace(left, arm).replace(end, end + "</body>"), name="mounted", state=STATE)
+    wider = [MujocoPlant(one, (effect("track_width", one).inject(value=1.2),)) for one in (DRIVE, mounted)]
+    for _ in range(10):
+        states = [plant.step(np.array([8.0, 12.0])) for plant in wider]
+    np.testing.assert_allclose(*states, atol=1e-9)
+
+
 def test_effects_are_the_robots_where_the_scene_has_bodies_before_it(base: Equations) -> None:
     crate = '<body name="crate" pos="3 0 0.1"><geom type="box" size="0.1 0.1 0.1"/></body>'
     robot = Robot.from_mjcf(XML.replace('<body name="robot"', crate + '<body name="robot"'), name="d", state=STATE)

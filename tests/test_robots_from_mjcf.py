@@ -235,6 +235,24 @@ def test_an_effect_in_the_equations_is_the_effect_in_the_simulator(
     assert np.linalg.norm(left) < 0.15 * np.linalg.norm(without)
 
 
+@pytest.mark.parametrize(
+    "site",
+    [
+        '<frame pos="0.1 0 0" euler="0 30 0"><site name="grip" pos="0 0.01 0.25"/></frame>',
+        '<site name="grip" type="capsule" size="0.01" fromto="0 0 0 0.1 0.2 0.3"/>',
+    ],
+)
+def test_a_load_hangs_where_its_site_is_however_the_file_says_so(site: str) -> None:
+    plain = '<site name="grip" pos="0 0.01 0.25"/>'
+    assert plain in ARM
+    robot = Robot.from_mjcf(ARM.replace(plain, site), name="arm", dt=0.005)
+    base, load = robot.nominal(), effect("load:grip", robot)
+    plant = MujocoPlant(robot, (load.inject(value=0.4),))
+    without, _ = misses(robot, base, plant)
+    left, _ = misses(robot, load.substitute(base, {"value": 0.4}), plant)
+    assert np.linalg.norm(left) < 0.02 * np.linalg.norm(without)
+
+
 def test_pushes_stand_in_for_effects_where_equations_were_learned(learned: Path) -> None:
     """Damping needs no quantity of its own: the inputs that pushed episodes taught take it."""
     base, key = load_model(learned), "joint_damping:slider"

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from sym2real.effects.body import Body
 from sym2real.effects.joint_push import raised
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
@@ -27,7 +29,10 @@ def _hang(spec: Any, body: Body, values: Numbers) -> None:
     """A body of that mass, fixed where the site is."""
     site, mass = spec.site(body.column), values["value"]
     inertial = {"mass": mass, "ipos": [0.0] * 3, "inertia": [POINT * mass] * 3, "explicitinertial": True}
-    site.parent.add_body(pos=site.pos, **inertial)
+    between = np.reshape(site.fromto, (2, 3)).mean(0)  # NaN for a site that is given by its place
+    hanging = site.parent.add_body(pos=site.pos if np.isnan(between).any() else between, **inertial)
+    if site.frame is not None:
+        hanging.set_frame(site.frame)
 
 
 LOAD = Kind(

@@ -5,10 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from sym2real.effects.body import Body
-from sym2real.effects.truth import robot_in
+from sym2real.effects.truth import placed
 from sym2real.errors import ModelError
 from sym2real.trajectory import Array
 from sym2real.vocabulary import MOTOR_COLUMNS, MOTORS
@@ -35,15 +34,7 @@ def stands(model: Any, rotor: int) -> tuple[Array, Array]:
     It may be on an arm that is a body of its own.
     """
     site = model.actuator_trnid[rotor, 0]
-    place, turn, at = (
-        model.site_pos[site],
-        Rotation.from_quat(np.roll(model.site_quat[site], -1)),
-        int(model.site_bodyid[site]),
-    )
-    while at != robot_in(model):
-        carried = Rotation.from_quat(np.roll(model.body_quat[at], -1))
-        place, turn, at = model.body_pos[at] + carried.apply(place), carried * turn, int(model.body_parentid[at])
-    return place, turn.as_matrix()
+    return placed(model, model.site_bodyid[site], model.site_pos[site], model.site_quat[site])
 
 
 def places(model: Any, body: Body) -> Array:

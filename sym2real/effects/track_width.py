@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from sym2real.effects.body import Body
 from sym2real.effects.domain import POSITIVE
 from sym2real.effects.joint_push import multiplied
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values, of_any_body
 from sym2real.effects.searching import Searching, Shown
-from sym2real.effects.truth import editing
+from sym2real.effects.truth import editing, placed
 from sym2real.symbolic import Equations
 from sym2real.vocabulary import DRILLING, wheel_lever
+
+UNTURNED = np.array([1.0, 0.0, 0.0, 0.0])
 
 
 def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
@@ -19,10 +23,12 @@ def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
 
 
 def _widen(spec: Any, body: Body, values: Numbers) -> None:
+    """Wheels further from the robot's middle, on whatever bodies they are mounted."""
+    plain = spec.copy().compile()
     for joint in body.joints:
-        wheel = spec.joint(joint).parent
-        x, y, z = wheel.pos
-        wheel.pos = [x, values["value"] * y, z]
+        wheel, number = spec.joint(joint).parent, int(plain.jnt_bodyid[plain.joint(joint).id])
+        (_, y, _), axes = placed(plain, int(plain.body_parentid[number]), plain.body_pos[number], UNTURNED)
+        wheel.pos = wheel.pos + (values["value"] - 1.0) * y * axes[1]
 
 
 TRACK_WIDTH = Kind(

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from sym2real.effects.body import Body
 from sym2real.effects.kind import Inject, Numbers
@@ -32,6 +33,16 @@ def robot_in(model: Any) -> int:
 def free_body(spec: Any) -> Any:
     """The same body in an ``MjSpec``."""
     return next(joint.parent for joint in spec.joints if int(joint.type) == FREE)
+
+
+def placed(model: Any, body: int, place: Array, quaternion: Array) -> tuple[Array, Array]:
+    """What is placed on any of the robot's bodies, in the robot's axes: place ``# (3,)`` and matrix ``# (3, 3)``."""
+    turn = Rotation.from_quat(np.roll(quaternion, -1))
+    while body != robot_in(model):
+        carried = Rotation.from_quat(np.roll(model.body_quat[body], -1))
+        place, turn = model.body_pos[body] + carried.apply(place), carried * turn
+        body = int(model.body_parentid[body])
+    return place, turn.as_matrix()
 
 
 def rotation(data: Any) -> Array:

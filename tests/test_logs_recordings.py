@@ -155,6 +155,24 @@ def test_between_messages_an_angle_turns_the_short_way_and_a_quaternion_has_one_
     assert np.all(table["pose.orientation.w"] > 0.98)
 
 
+def test_small_angles_in_degrees_stay_what_they_are() -> None:
+    """A hover's roll of a few degrees looks like radians, and changes by more than π of them between messages."""
+    slow, fast = 0.1 * np.arange(40), 0.02 * np.arange(190)
+    roll = np.where(np.arange(40) % 4 < 2, 2.6, -1.4)
+    topics = (Topic("fast", fast, {"fast.x": fast}), Topic("board", slow, {"board.roll": roll}))
+    table = Recording(topics).together(["fast.x", "board.roll"])
+    np.testing.assert_allclose(table["board.roll"], np.interp(fast, slow, roll), atol=1e-12)
+
+
+def test_an_angle_that_is_missing_once_is_there_again_afterwards() -> None:
+    slow, fast = 0.1 * np.arange(10), 0.02 * np.arange(45)
+    yaw = np.linspace(0.0, 0.9, 10)
+    yaw[3] = np.nan
+    table = Recording((Topic("fast", fast, {"fast.x": fast}), Topic("pose", slow, {"pose.yaw": yaw}))).together()
+    known = (fast <= 0.2) | (fast >= 0.4)
+    np.testing.assert_allclose(table["pose.yaw"][known], fast[known], atol=1e-12)
+
+
 def test_messages_out_of_order_and_twice_are_put_in_order() -> None:
     topic = Topic("a", np.array([0.2, 0.0, 0.1, 0.1]), {"a.x": np.array([2.0, 0.0, 1.0, 1.5])})
     np.testing.assert_array_equal(topic.in_order().stamps, [0.0, 0.1, 0.2])

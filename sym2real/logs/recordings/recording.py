@@ -138,8 +138,12 @@ def _without_jumps(columns: Mapping[str, Array]) -> dict[str, Array]:
     for name, values in columns.items():
         named = read_name(name)
         if named is not None and named.quantity in ANGLES:
-            turn = 2 * np.pi if np.nanmax(np.abs(values), initial=0.0) <= 2 * np.pi + ROUNDING else 360.0
-            result[name] = np.unwrap(values, period=turn)
+            there = ~np.isnan(values)  # past an empty cell NumPy unwraps nothing
+            span = values[there].max(initial=-np.inf) - values[there].min(initial=np.inf)
+            turn = 2 * np.pi if span <= 2 * np.pi + ROUNDING else 360.0
+            # A robot turns by less than a quarter from row to row; small angles in degrees jump by less than the rest.
+            result[name] = values.copy()
+            result[name][there] = np.unwrap(values[there], discont=0.75 * turn, period=turn)
         elif named is not None and named.quantity == "quaternion":
             quaternions.setdefault(re.sub(r"[^.\[_]*$", "", name.rstrip("]")), []).append(name)
     for parts in quaternions.values():

@@ -73,6 +73,7 @@ def test_equations_are_the_simulator() -> None:
         ('pos="0 0 -0.04" mass="0.2"', 'pos="0 0 -0.04" euler="0 0 30" mass="0.2"', "principal axes"),
         ('integrator="RK4"', 'integrator="RK4" gravity="0 0 -3.7"', "a gravity that is not 9.81"),
         ('integrator="RK4"/>', 'integrator="RK4"><flag gravity="disable"/></option>', "a gravity that is not 9.81"),
+        ('ctrlrange="0 1"', 'ctrlrange="0 1" forcerange="0 0.5"', "rotors whose force ends before"),
         ("<freejoint/>", '<joint type="free" damping="0.5"/>', "a damping of the free joint"),
         ('name="frame"', 'name="frame" gravcomp="1"', "a compensation of gravity"),
         ("<freejoint/>", '<joint name="up" type="slide" axis="0 0 1"/>', "an actuator with a filter, or on no joint"),

@@ -111,6 +111,7 @@ def against_flying(model: mujoco.MjModel, data: Any, actions: Mapping[str, str])
         f"a gravity that is not {GRAVITY:g} m/s² along z down": not np.allclose(
             model.opt.gravity, (0.0, 0.0, -GRAVITY), atol=ALIKE * GRAVITY
         ),
+        "rotors whose force ends before their command does": _ends_early(model, found),
         "a damping of the free joint": model.dof_damping.any(),
     }
     wrong |= forces_beside(model)
@@ -130,6 +131,14 @@ def against_flying(model: mujoco.MjModel, data: Any, actions: Mapping[str, str])
         > OFF,
     }
     return [what for what, holds in wrong.items() if holds]
+
+
+def _ends_early(model: mujoco.MjModel, actuators: list[int]) -> bool:
+    """Whether an actuator's forcerange cuts off what its ctrlrange asks for."""
+    limited = [index for index in actuators if model.actuator_forcelimited[index] and model.actuator_ctrllimited[index]]
+    asked = model.actuator_gainprm[limited, :1] * model.actuator_ctrlrange[limited]
+    given = np.clip(asked, *model.actuator_forcerange[limited].T[..., None])
+    return bool((np.abs(asked - given) > ALIKE * np.abs(asked)).any())
 
 
 def flying(model: mujoco.MjModel, data: Any, actions: Mapping[str, str], dt: float) -> Equations:

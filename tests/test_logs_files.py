@@ -171,8 +171,13 @@ def test_missing_columns_of_a_specification_are_named_together(tmp_path: Path) -
 def test_a_folder_is_its_logs(tmp_path: Path) -> None:
     for name in ("b.csv", "a.parquet"):
         write_log(dataclasses.replace(small(), name=name), tmp_path / name)
+    (tmp_path / "c.tsv").write_text((tmp_path / "b.csv").read_text().replace(",", "\t"))
     (tmp_path / "README.md").write_text("no log")
-    assert [log.name for log in read_logs(tmp_path)] == ["a.parquet", "b"]
+    (tmp_path / "notes.txt").write_text("no log")
+    found = read_logs(tmp_path)
+    assert len(found) == 3
+    for log in found:
+        np.testing.assert_array_equal(log.state, small().state)
     (tmp_path / "empty").mkdir()
     with pytest.raises(DataError, match="expected files that end in"):
         read_logs(tmp_path / "empty")

@@ -28,8 +28,8 @@ COLUMNAR = Registry("columnar log file type", {".parquet": parquet_file.read, ".
 TABLES = (*TEXTS, *COLUMNAR)
 GROWING = Registry("growing log file type", {**COLUMNAR, ".arrow": arrow_file.read})
 READERS = (*TEXTS, *GROWING, *RECORDINGS)
-# A folder's texts are more often about its logs.
-IN_FOLDERS = tuple(ending for ending in READERS if ending not in TEXTS[1:])
+# Texts of other endings are more often about the logs beside them.
+IN_FOLDERS = tuple(ending for ending in READERS if ending not in (".txt", ".dat"))
 
 
 @dataclass(frozen=True, eq=False)

@@ -96,6 +96,8 @@ def as_advised(spec: LogSpec, fault: Fault) -> LogSpec:
         flip ^= {*listed.split(", ")}
     for column, scale in re.findall(r"give ([\w.]+) scale = ([\d.e-]+)", fault.fix):
         columns |= {n: replace(s, scale=s.scale * float(scale)) for n, s in columns.items() if s.column == column}
+    for zero in re.findall(r"a zero of ([\d.-]+) rad", fault.fix):
+        columns["yaw"] = replace(columns["yaw"], zero=float(zero))
     return replace(spec, columns=columns, flip=tuple(flip))
 
 
@@ -146,6 +148,25 @@ def test_a_gyros_scale_is_mended_by_its_inverse(tmp_path: Path) -> None:
     (fault,) = check(CRAZYFLIE.nominal(), read(tmp_path, files, NED, CRAZYFLIE)).faults
     assert (fault.effect, fault.sensor) == ("sensor_scale:wz", True)
     assert check(CRAZYFLIE.nominal(), read(tmp_path, files, as_advised(NED, fault), CRAZYFLIE)).faults == ()
+
+
+@pytest.mark.parametrize(("sense", "zero"), [(-1.0, 0.0), (-1.0, np.pi / 2), (1.0, np.pi / 2), (-1.0, 0.6)], ids=str)
+@pytest.mark.parametrize("directed", [True, False], ids=["wheel", "its size"])
+def test_a_compass_is_the_only_fault_of_what_is_made_with_it(
+    tmp_path: Path, sense: float, zero: float, directed: bool
+) -> None:
+    """Rates and the wheels' velocity are read with the heading: once that is right, so are they."""
+    right = [of_car(log) for log in drives()]
+    if not directed:
+        right = [{**columns, "log_wheel_speed": np.abs(columns["log_wheel_speed"])} for columns in right]
+    wrong = [{**columns, "theta": zero + sense * columns["theta"]} for columns in right]
+    checked = check(MUSHR.nominal(), read(tmp_path, wrong, CAR, MUSHR))
+    assert checked.faults
+    assert all(fault.evidence.startswith(("sin_yaw", "a heading", "heading")) for fault in checked.faults)
+    for log, meant in zip(checked.data, read(tmp_path / "right", right, CAR, MUSHR), strict=True):
+        np.testing.assert_allclose(log.state, meant.state, atol=0.05)
+    if sense < 0.0 and len(checked.faults) == 1:
+        assert check(MUSHR.nominal(), read(tmp_path, wrong, as_advised(CAR, checked.faults[0]), MUSHR)).faults == ()
 
 
 def test_a_pose_behind_the_wheels_is_late_and_the_commands_are_not_delayed(tmp_path: Path) -> None:

@@ -44,6 +44,7 @@ CORNERS = {"fr": "1", "rr": "2", "br": "2", "rl": "3", "bl": "3", "fl": "4"}
 ALTITUDE = frozenset({"altitude", "alt", "height"})
 EULER = {
     "roll": "roll", "phi": "roll", "pitch": "pitch", "theta": "pitch", "yaw": "yaw", "psi": "yaw", "heading": "yaw",
+    "compass": "yaw", "azimuth": "yaw", "bearing": "yaw",
 }  # fmt: skip
 AXES = {"x": "x", "y": "y", "z": "z", "w": "w", "n": "x", "e": "y"}
 EULER_AXES = {"roll": "x", "pitch": "y", "yaw": "z"}

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.faults.mistakes.transformation import Transformation
+from sym2real.diagnosis.faults.mistakes.transformation import Transformation, as_meant
 from sym2real.effects import compose, effect
 from sym2real.effects.sensor_sign import SENSOR_SIGN
 from sym2real.logs.sources import AsRead
@@ -79,7 +79,7 @@ class Breach:
         """The logs as they are meant."""
         here = None if self.log is None else self.log[0]
         return Dataset(
-            self.transformation.undone(log) if here in (None, place) else log for place, log in enumerate(data)
+            as_meant(self.transformation, log) if here in (None, place) else log for place, log in enumerate(data)
         )
 
     def in_one(self, data: Dataset, place: int) -> Breach:

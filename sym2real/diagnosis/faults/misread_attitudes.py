@@ -18,7 +18,7 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.agreement import RATES, level_push, rate_agreement, thrust_agreement
 from sym2real.diagnosis.data.preparation import present, with_columns
 from sym2real.diagnosis.faults.fault import Breach
-from sym2real.diagnosis.faults.mistakes.transformation import Exchanged, Misread, of_all
+from sym2real.diagnosis.faults.mistakes.transformation import Exchanged, Misread, counted_otherwise, of_all
 from sym2real.diagnosis.faults.units import factors
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.logs.course import between, courses, decides, headings, together
@@ -177,9 +177,7 @@ def against_the_path(data: Dataset) -> list[Breach]:
     apart = between(ways, turned)  # 0 where slip may be all of it
 
     def fix(read: AsRead) -> str:
-        zero = f" and give it a zero of {read.sign(SINE_COSINE[0]) * apart:.2f} rad (in its unit)" if apart else ""
-        own = read.column(SINE_COSINE[0]) if read.sources else "its column"
-        return f"change the sign of yaw: flip {own} in the log's specification{zero}"
+        return counted_otherwise(read, -1.0, apart)
 
     def undone(log: Trajectory) -> Trajectory:
         return with_angles(log, apart - headings([log])[0][:, None])

@@ -21,9 +21,8 @@ from sym2real.diagnosis.faults.mistakes.judge import mistakes
 from sym2real.diagnosis.faults.mistakes.lost_commands import with_lost_commands
 from sym2real.diagnosis.faults.mistakes.rows import BadRows, bad_rows
 from sym2real.diagnosis.faults.mistakes.transformation import Late, of_all
-from sym2real.diagnosis.faults.mistakes.wheel_speed import LatePose
 from sym2real.diagnosis.faults.motor_columns import motors
-from sym2real.diagnosis.faults.sensor_faults import PATH, measured_by, readings, sensors_of
+from sym2real.diagnosis.faults.sensor_faults import measured_by, readings, sensors_of
 from sym2real.diagnosis.faults.units import Scaled
 from sym2real.diagnosis.faults.variation import exact, exactness, excitation
 from sym2real.diagnosis.settings import SETTINGS
@@ -163,8 +162,7 @@ def _behind_their_rates(data: Dataset) -> Settled:
         if not rows:
             continue
         what, columns = measured_by(data.layouts.state, measured)
-        kind = LatePose if measured == PATH else Late
-        late = kind(what, tuple(name for name in columns if name not in done), rows, data.dt)
+        late = Late(what, tuple(name for name in columns if name not in done), rows, data.dt)
         # A rate that was on time and is so no longer: then not what is measured was late.
         mended = of_all(late, data)
         shifted = {reading.column for reading in readings(mended) if reading.shift and reading.of == measured}

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import cos, degrees, sin
+from math import atan2, cos, degrees, pi, sin
 from typing import Protocol
 
 import numpy as np
@@ -16,10 +16,11 @@ import torch
 from sym2real import rotation
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.preparation import with_columns
+from sym2real.diagnosis.faults.mistakes.wheel_speed import made_anew
 from sym2real.logs.pose import attitude, turned
 from sym2real.logs.sources import AsRead
 from sym2real.trajectory import Trajectory
-from sym2real.vocabulary import ATTITUDE
+from sym2real.vocabulary import ATTITUDE, HEADING
 
 
 class Transformation(Protocol):
@@ -79,16 +80,38 @@ class Exchanged:
         pairs = [pair for pair in zip(self.columns, self.sources, self.signs, strict=True) if pair[0] in logged]
         reads = [f"{other} read {read.column(own)}" for own, other, _ in pairs if own != other]
         flips = [read.column(own) for own, other, sign in pairs if sign * read.sign(own) * read.sign(other) < 0]
+        if not reads and not flips and {*self.columns} == {*HEADING.columns}:
+            from_zero, from_quarter = (self._meant(angle) for angle in (0.0, pi / 2))
+            sense = 1.0 if cos(from_quarter - from_zero - pi / 2) > 0.0 else -1.0
+            return counted_otherwise(read, sense, -sense * from_zero)
         if not reads and not flips:
             return f"correct {' '.join(read.columns(self.columns))}, of which {' '.join(self.columns)} are made"
         change = [f"let {', '.join(reads)}"] * bool(reads) + [f"flip {', '.join(flips)}"] * bool(flips)
         change += ["leave the signs as they are"] * (bool(reads) and not flips)
         return f"{' and '.join(change)} in a specification of the log{read.frame if flips else ''}"
 
+    def _meant(self, yaw: float) -> float:
+        """The heading that is meant by a logged one, rad."""
+        logged = dict(zip(HEADING.columns, (sin(yaw), cos(yaw)), strict=True))
+        found = {
+            other: sign * logged[own] for own, other, sign in zip(self.columns, self.sources, self.signs, strict=True)
+        }
+        return atan2(*(found[name] for name in HEADING.columns))
+
     def undone(self, log: Trajectory) -> Trajectory:
         """With every column in its own place."""
         pairs = zip(self.columns, self.sources, self.signs, strict=True)
         return with_columns(log, {other: sign * log.column(own) for own, other, sign in pairs})
+
+
+def counted_otherwise(read: AsRead, sense: float, zero: float) -> str:
+    """What to change where a heading turns the other way (a sense of -1), or counts from elsewhere (rad)."""
+    own, zero = read.column(HEADING.columns[0]) if read.sources else "its column", round(zero, 2)
+    change = [f"change the sign of yaw: flip {own}"] * (sense < 0.0)
+    change += [
+        f"give {'it' if change else own} a zero of {read.sign(HEADING.columns[0]) * zero:.2f} rad (in its unit)"
+    ] * bool(zero)
+    return f"{' and '.join(change)} in the log's specification"
 
 
 @dataclass(frozen=True)
@@ -211,4 +234,9 @@ class Late:
 
 def of_all(transformation: Transformation, data: Dataset) -> Dataset:
     """The logs without the mistake."""
-    return Dataset(transformation.undone(log) for log in data)
+    return Dataset(as_meant(transformation, log) for log in data)
+
+
+def as_meant(transformation: Transformation, log: Trajectory) -> Trajectory:
+    """A log without the mistake, and without what the reader has made of it."""
+    return made_anew(log, transformation.undone(log))

@@ -6,15 +6,17 @@ the two tell how late a pose is, and how many times too fast a wheel.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.agreement import VELOCITIES
-from sym2real.diagnosis.faults.mistakes.transformation import Late
+from sym2real.diagnosis.data.preparation import with_columns
+from sym2real.logs import derive
+from sym2real.logs.pose import attitude
 from sym2real.trajectory import Array, Trajectory
-from sym2real.vocabulary import HEADING, POSITION, RATE
+from sym2real.vocabulary import ATTITUDE, HEADING, POSITION, RATE
 
 LEVEL = VELOCITIES[:2]
 
@@ -45,16 +47,31 @@ def with_along(log: Trajectory, speed: Array) -> Trajectory:
     return replace(log, state=state)
 
 
-@dataclass(frozen=True)
-class LatePose(Late):
-    """A pose some rows behind the wheel's speed and the commands, and with it what the reader has made of it."""
-
-    def undone(self, log: Trajectory) -> Trajectory:
-        """Shifted back, beside the speed as it stands."""
-        made = tuple(name for name in RATE.columns if name in log.layouts.state and name not in log.sources)
-        speed = along(log)
-        return with_along(Late.undone(replace(self, columns=(*self.columns, *LEVEL, *made)), log), speed)
+def made_anew(before: Trajectory, log: Trajectory) -> Trajectory:
+    """A log whose pose is not what it was before, with what the reader makes of it: rates, and the wheels' velocity."""
+    state, around = log.layouts.state, derive.rows_around(log.time, log.dt)
+    pose = state.indices(name for field in (POSITION, ATTITUDE, HEADING) for name in field.columns if name in state)
+    if not log.sources or np.array_equal(before.state[:, pose], log.state[:, pose]):
+        return log
+    found = dict[str, Array]()
+    if state.has_field(ATTITUDE.name):
+        found = dict(zip(RATE.columns, derive.body_rate(log.time, attitude(log).numpy(), around).T, strict=True))
+    elif state.has_field(HEADING.name):
+        turned = derive.slope(log.time, derive.counted_heading(*log.state[:, _heading(log)].T), around)
+        found = {RATE.columns[-1]: turned}
+    found = {name: values for name, values in found.items() if name in state and name not in log.sources}
+    if made := made_of_wheel(Dataset([before])):
+        speed, logged = along(before), log.raw.get(log.sources[made[0]])
+        directed = logged is None or logged.min() < 0.0
+        place, yaw = log.state[:, state.indices(POSITION.columns[:2])], np.arctan2(*log.state[:, _heading(log)].T)
+        moved = derive.rolling(log.time, place, yaw, speed if directed else np.abs(speed), around)
+        found |= dict(zip(made, moved.T, strict=True))
+    return with_columns(log, found)
 
 
 def _ahead(log: Trajectory) -> Array:
-    return log.state[:, log.layouts.state.indices(HEADING.columns[::-1])]
+    return log.state[:, _heading(log)[::-1]]
+
+
+def _heading(log: Trajectory) -> list[int]:
+    return log.layouts.state.indices(HEADING.columns)

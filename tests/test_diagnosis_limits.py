@@ -13,7 +13,7 @@ from sym2real.diagnosis import diagnose
 from sym2real.diagnosis.predict.candidate import candidates
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.search.select import reported
-from sym2real.effects import applicable, effect
+from sym2real.effects import applicable, compose, effect
 from sym2real.robots import MUSHR, ROBOTS
 
 TRAVEL = 0.15
@@ -27,6 +27,17 @@ def test_what_cannot_be_less_than_nothing_is_not_reported_as_less() -> None:
     assert reported(0.005, 0.02, delay) == 0.0
     assert reported(0.03, 0.02, delay) == pytest.approx(0.01)
     assert reported(0.005, 0.02, offset) == pytest.approx(-0.015)
+
+
+def test_an_inertia_that_the_base_has_none_of_left_is_reported_as_one_that_can_be() -> None:
+    """Beyond the end of what there can be, behind a base calibrated the other way: it is composed all the same."""
+    model = ROBOTS["cart_pole"].nominal()
+    armature = effect("armature:slider", model)
+    (parameter,) = armature.parameters
+    value = reported(parameter.low, -parameter.domain.low, parameter)
+    assert value == parameter.low
+    assert compose(model, [(armature, {"value": value})]).quantities
+    assert reported(parameter.low, 0.0, parameter) == parameter.low
 
 
 @pytest.fixture(scope="module")

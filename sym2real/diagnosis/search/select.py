@@ -224,10 +224,12 @@ class Selection:
 def reported(value: float, origin: float, parameter: Parameter) -> float:
     """A fitted value as a deviation from what calibration says of the base, counted from the null value.
 
-    Of what cannot be less than nothing (a delay), less than the base's own is nothing.
+    Of what cannot be less than nothing (a delay), less than the base's own is nothing. Where no end can be reached (an
+    inertia that leaves none), the last value that is likely stands for what lies beyond.
     """
     if parameter.null == 0.0:
-        return parameter.domain.nearest(value - origin)
+        nearest = parameter.domain.nearest(value - origin)
+        return nearest if nearest in parameter.domain else parameter.low
     return value / origin if parameter.null == 1.0 and origin > 0 else value
 
 

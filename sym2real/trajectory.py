@@ -232,6 +232,16 @@ class Trajectory:
             raise ShapeError(f"expected what was sent in {parts} parts of every row, found {self.between.shape[1]}")
         return self.between
 
+    def with_columns(self, columns: Mapping[str, Array]) -> Trajectory:
+        """The log with other values ``# (rows,)`` in columns of its three groups; others are left out."""
+        changed = {}
+        for group in ("state", "action", "inputs"):
+            layout, values = getattr(self.layouts, group), getattr(self, group).copy()
+            for name in (name for name in columns if name in layout):
+                values[:, layout.index(name)] = columns[name]
+            changed[group] = values
+        return replace(self, **changed)
+
     def past(self, commands: int, states: int) -> Array:
         """Commands sent before each row, newest first, then states ``# (rows, commands·action + states·state)``.
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.data.preparation import with_columns
 
 
 def times(data: Dataset, factors: Mapping[str, float]) -> Dataset:
     """Logs with columns of state and action in other units, or with another sign."""
-    return Dataset(with_columns(log, {name: by * log.column(name) for name, by in factors.items()}) for log in data)
+    return Dataset(log.with_columns({name: by * log.column(name) for name, by in factors.items()}) for log in data)

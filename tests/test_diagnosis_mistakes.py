@@ -17,7 +17,6 @@ from standard_set import Case, simulate_case
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import add, data_report
-from sym2real.diagnosis.data.preparation import with_columns
 from sym2real.diagnosis.faults import sanity
 from sym2real.diagnosis.faults.fault import Breach
 from sym2real.diagnosis.faults.misread_attitudes import FROM_WORLD, OfAttitude
@@ -80,7 +79,7 @@ def made(one: Transformation, log: Trajectory) -> Trajectory:
     """A right log with the mistake in it."""
     if isinstance(one, Exchanged) and not isinstance(one, OfAttitude):
         pairs = zip(one.columns, one.sources, one.signs, strict=True)
-        return with_columns(log, {own: sign * log.column(other) for own, other, sign in pairs})
+        return log.with_columns({own: sign * log.column(other) for own, other, sign in pairs})
     if isinstance(one, OtherAxes):
         return replace(one, logged="world" if one.logged == "body" else "body").undone(log)
     if isinstance(one, Turned):
@@ -182,7 +181,7 @@ def test_one_reversed_rate_turns_no_heading_about() -> None:
 
 def test_a_command_that_is_cut_off_for_nearly_all_of_a_log_is_at_its_limit() -> None:
     cut = float(np.quantile(np.concatenate([log.column("speed") for log in healthy("mushr")]), 0.02))
-    logs = (with_columns(log, {"speed": np.minimum(log.column("speed"), cut)}) for log in healthy("mushr"))
+    logs = (log.with_columns({"speed": np.minimum(log.column("speed"), cut)}) for log in healthy("mushr"))
     assert any(note.startswith(f"speed is at its limit {cut:.3g} m/s") for note in check(None, Dataset(logs)).notes)
 
 

@@ -13,7 +13,6 @@ from standard_set import Case, simulate_case
 from sym2real.control import geometric_controller
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import Diagnosis, add, compare
-from sym2real.diagnosis.data.preparation import with_columns
 from sym2real.diagnosis.data.segments import component_noise
 from sym2real.diagnosis.faults.sanity import Question, check, check_data
 from sym2real.diagnosis.faults.sensor_faults import readings
@@ -31,7 +30,7 @@ from sym2real.trajectory import Array, Trajectory
 
 def changed(data: Dataset, column: str, change: Callable[[Array], Array]) -> Dataset:
     """Logs with a column of the state as a broken sensor writes it."""
-    return Dataset(with_columns(log, {column: change(log.column(column))}) for log in data)
+    return Dataset(log.with_columns({column: change(log.column(column))}) for log in data)
 
 
 def plain() -> Dataset:

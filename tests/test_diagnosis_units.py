@@ -19,7 +19,6 @@ from sym2real.data import example_flight
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import add, compare, diagnose
 from sym2real.diagnosis.data.agreement import thrust_agreement
-from sym2real.diagnosis.data.preparation import with_columns
 from sym2real.diagnosis.faults.fault import Breach
 from sym2real.diagnosis.faults.foreign_units import Steps, foreign_positions, foreign_velocities
 from sym2real.diagnosis.faults.misread_attitudes import SHIFTED, other_angles, with_angles
@@ -76,7 +75,7 @@ def short_drives() -> Dataset:
 
 def scalar_last(data: Dataset) -> Dataset:
     held = dict(zip(SHIFTED.columns, SHIFTED.sources, strict=True))
-    return Dataset(with_columns(log, {own: log.column(other) for own, other in held.items()}) for log in data)
+    return Dataset(log.with_columns({own: log.column(other) for own, other in held.items()}) for log in data)
 
 
 def of(columns: str, factor: float) -> Factors:
@@ -334,7 +333,7 @@ def test_a_turn_of_many_times_gravity_is_no_other_unit() -> None:
     }
     noise = 5e-4 * np.random.default_rng(0).normal(size=len(log))
     measured = {name: values + noise for name, values in columns.items()}
-    turn = with_columns(log, measured | dict(zip(ATTITUDE.columns, attitude.T, strict=True)))
+    turn = log.with_columns(measured | dict(zip(ATTITUDE.columns, attitude.T, strict=True)))
     assert thrust_agreement([turn]).correlation == pytest.approx(1.0, abs=0.02)
     assert foreign_positions(Dataset([turn])) == foreign_velocities(Dataset([turn])) == []
 

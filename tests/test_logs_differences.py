@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.data.preparation import with_columns
 from sym2real.diagnosis.faults.sanity import check
 from sym2real.experiments.flights import car_drives
 from sym2real.logs.derive import rows_around, slope
@@ -24,7 +23,7 @@ def with_velocities_by_differences(noise: float) -> Trajectory:
     log, rng = car_drives(1, 3, steps=200)[0], np.random.default_rng(5)
     places = {name: log.column(name) + noise * rng.standard_normal(len(log)) for name in ("x", "y")}
     rates = {f"v{name}": np.diff(place, prepend=place[0]) / DT for name, place in places.items()}
-    return with_columns(log, places | rates)
+    return log.with_columns(places | rates)
 
 
 def on_time(log: Trajectory) -> Trajectory:
@@ -50,14 +49,14 @@ def test_differences_that_a_file_rounds_are_differences() -> None:
 
 def test_velocities_of_a_sensor_of_their_own_stay() -> None:
     log = with_velocities_by_differences(0.01)
-    own = with_columns(log, {"vx": log.column("vx") + 0.1 * np.random.default_rng(6).standard_normal(len(log))})
+    own = log.with_columns({"vx": log.column("vx") + 0.1 * np.random.default_rng(6).standard_normal(len(log))})
     np.testing.assert_array_equal(on_time(own).column("vx"), own.column("vx"))
 
 
 def test_velocities_of_a_simulator_by_eulers_steps_stay() -> None:
     """Its positions are sums of its velocities, so that these are differences, and yet the velocities at the rows."""
     log = car_drives(1, 4, steps=200)[0]
-    summed = with_columns(log, {name: DT * np.cumsum(log.column(f"v{name}")) for name in ("x", "y")})
+    summed = log.with_columns({name: DT * np.cumsum(log.column(f"v{name}")) for name in ("x", "y")})
     np.testing.assert_array_equal(on_time(summed).state, summed.state)
 
 

@@ -194,7 +194,7 @@ def _fitted(prepared: Prepared, keys: Sequence[str]) -> tuple[Selection, float]:
     selection = Selection(prepared.problems, own, prepared.origin)
     # As sure as a search must be, so that both say the same.
     selection.tried = max(len(own), len(prepared.tried))
-    without = selection.loss
+    without = selection.present.loss
     while left := [candidate for candidate in own if candidate not in selection.chosen]:
         ranking = selection.ranked(selection.chosen, selection.fit.values, left)
         if not ranking:
@@ -202,16 +202,16 @@ def _fitted(prepared: Prepared, keys: Sequence[str]) -> tuple[Selection, float]:
             raise ModelError(f"{first} beside {second}: expected one of what these logs cannot tell apart, found both")
         selection.put([*selection.chosen, ranking[0].candidate], ranking[0].fit)
     if len(own) > 1:  # a delay's error has a kink at every step, which stops fits
-        found = selection.set_of(selection.chosen, selection.fit)
+        found = selection.present
         best = min((found, *selection.fitted_anew(found)), key=lambda effects: effects.fit.total)
         selection.put(best.chosen, best.fit)
-    return selection, 1.0 - selection.loss / without
+    return selection, 1.0 - selection.present.loss / without
 
 
 def _beside(selection: Selection, candidate: Candidate) -> float:
     """Part of the held-out loss without an effect that it takes beside the others."""
     _, fit = selection.without(candidate)
-    return 1.0 - selection.loss / float(selection.problems.held_out(fit).sum())
+    return 1.0 - selection.present.loss / float(selection.problems.held_out(fit).sum())
 
 
 def _rivals(selection: Selection, own: Candidate, others: list[Candidate]) -> tuple[Rival, ...]:

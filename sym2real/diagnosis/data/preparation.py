@@ -12,18 +12,7 @@ from sym2real.logs.dropouts import LEFT_OUT
 from sym2real.logs.equal_steps import equal_steps
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations, equations_of
-from sym2real.trajectory import Array, Trajectory, require_finite
-
-
-def with_columns(log: Trajectory, columns: dict[str, Array]) -> Trajectory:
-    """The log with other values ``# (rows,)`` in columns of its three groups."""
-    changed = {}
-    for group in ("state", "action", "inputs"):
-        layout, values = getattr(log.layouts, group), getattr(log, group).copy()
-        for name in (name for name in columns if name in layout):
-            values[:, layout.index(name)] = columns[name]
-        changed[group] = values
-    return replace(log, **changed)
+from sym2real.trajectory import Trajectory, require_finite
 
 
 def present(data: Dataset, columns: Sequence[str]) -> tuple[str, ...]:

@@ -32,6 +32,7 @@ NO_SWING = "nothing in these logs swings at a frequency that is not the path's"
 ROUNDS = 3
 
 
+CONTRADICTED = "the logs contradict what the plain simulator says of the base's own errors: they are not calibrated"
 ADVICE = "check the units of its commands and its parameters"
 
 
@@ -163,6 +164,14 @@ def calibrate_base(prepared: Prepared) -> Prepared:
     own = calibrated(searched, prepared.tried, prepared.flown, prepared.whitening)
     problems = replace(prepared.problems, nuisance=nuisance_of(searched, own.origin))
     return replace(prepared, problems=problems, origin=own.origin, calibration=own)
+
+
+def uncalibrated(prepared: Prepared) -> Prepared:
+    """Effects counted from the base as it is."""
+    searched = prepared.problems.problem.library
+    problems = replace(prepared.problems, nuisance=nuisance_of(searched, searched.null))
+    notes = (*prepared.notes, CONTRADICTED)
+    return replace(prepared, problems=problems, origin=searched.null, calibration=None, notes=notes)
 
 
 def _not_tried(model: Equations, data: Dataset, question: Question) -> tuple[NotTried, ...]:

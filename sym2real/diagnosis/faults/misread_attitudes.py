@@ -16,7 +16,7 @@ import torch
 from sym2real import rotation
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.agreement import RATES, level_push, rate_agreement, thrust_agreement
-from sym2real.diagnosis.data.preparation import present, with_columns
+from sym2real.diagnosis.data.preparation import present
 from sym2real.diagnosis.faults.fault import Breach
 from sym2real.diagnosis.faults.mistakes.transformation import Exchanged, Misread, counted_otherwise, of_all
 from sym2real.diagnosis.faults.units import factors
@@ -69,9 +69,9 @@ class OfAttitude(Exchanged):
 def with_angles(log: Trajectory, angles: Array, quaternion: Sequence[str] = QUATERNION) -> Trajectory:
     """A log with other roll, pitch and yaw of a quaternion, or another yaw, in rad ``# (rows, 3 or 1)``."""
     if angles.shape[1] == 1:
-        return with_columns(log, dict(zip(SINE_COSINE, (np.sin(angles[:, 0]), np.cos(angles[:, 0])), strict=True)))
+        return log.with_columns(dict(zip(SINE_COSINE, (np.sin(angles[:, 0]), np.cos(angles[:, 0])), strict=True)))
     turned = rotation.from_euler(*torch.as_tensor(angles).unbind(-1)).numpy()
-    return with_columns(log, dict(zip(quaternion, continuous(turned).T, strict=True)))
+    return log.with_columns(dict(zip(quaternion, continuous(turned).T, strict=True)))
 
 
 FROM_WORLD = Misread(
@@ -79,7 +79,7 @@ FROM_WORLD = Misread(
     lambda _: (
         'log quaternions from body to world, or say direction = "world_to_body" under [attitude] (or leave it out)'
     ),
-    lambda log: with_columns(log, dict(zip(QUATERNION, rotation.conjugate(attitude(log)).numpy().T, strict=True))),
+    lambda log: log.with_columns(dict(zip(QUATERNION, rotation.conjugate(attitude(log)).numpy().T, strict=True))),
 )
 SHIFTED = Exchanged(QUATERNION, (*QUATERNION[1:], QUATERNION[0]), (1, 1, 1, 1))
 DEGREES, READ = 1.0 / UNITS["deg"][1], ("degrees", "radians")

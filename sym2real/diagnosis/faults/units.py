@@ -10,7 +10,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.data.preparation import present, with_columns
+from sym2real.diagnosis.data.preparation import present
 from sym2real.diagnosis.faults.mistakes.balance import Balance, Balances
 from sym2real.diagnosis.faults.mistakes.transformation import of_all
 from sym2real.diagnosis.settings import SETTINGS
@@ -64,7 +64,7 @@ class Scaled:
 
     def undone(self, log: Trajectory) -> Trajectory:
         """In the unit that is meant."""
-        return with_columns(log, {name: log.column(name) / self.factor for name in self.columns})
+        return log.with_columns({name: log.column(name) / self.factor for name in self.columns})
 
 
 def factors(meant: str, mass: float | None = None) -> dict[str, float]:

@@ -23,7 +23,9 @@ from functools import partial
 from itertools import chain, groupby, islice
 from math import inf
 
-from sym2real.diagnosis.estimate.weighing import Prepared
+import torch
+
+from sym2real.diagnosis.estimate.weighing import Prepared, uncalibrated
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.search.effect_set import EffectSet
 from sym2real.diagnosis.search.narrow import join_narrow
@@ -68,16 +70,37 @@ class SearchResult:
 
 def search(prepared: Prepared, stages: Stages) -> SearchResult:
     """The effects that are there and that predictions need; Ctrl-C keeps what is found by then."""
-    tried = prepared.tried
-    selection = Selection(prepared.problems, tried, prepared.origin)
-    beam = Beam(selection, stages.on_progress, prepared.problems.total(prepared.overfit))
-    stages.try_to(f"searching among {len(tried)} effects", Beam.search, beam)
+    selection, as_it_is = _searched(prepared, stages), uncalibrated(prepared)
+    if not stages.interrupted and _doubtful(selection, as_it_is):
+        other = _searched(as_it_is, stages)
+        if other.surely_cheaper(other.present, selection.present):
+            prepared, selection = as_it_is, other
     predicted = Predicted(selection, prepared.library, prepared.checked.data)
     needed = stages.try_to("holding effects against predictions", settle, predicted)
     if needed is not None:
         joined = partial(join_narrow, needed)
         needed = stages.try_to("searching for what moves little of what is measured", joined, predicted) or needed
     return SearchResult(prepared, selection, not stages.interrupted, needed or Needed())
+
+
+def _searched(prepared: Prepared, stages: Stages) -> Selection:
+    selection = Selection(prepared.problems, prepared.tried, prepared.origin)
+    beam = Beam(selection, stages.on_progress, prepared.problems.total(prepared.overfit))
+    stages.try_to(f"searching among {len(prepared.tried)} effects", Beam.search, beam)
+    return selection
+
+
+def _doubtful(found: Selection, as_it_is: Prepared) -> bool:
+    """Whether what was found, or nothing, costs less beside the base as it is than beside one that was calibrated.
+
+    A simulator's wheels slip where a robot's may roll.
+    """
+    if torch.equal(found.origin, as_it_is.origin):
+        return False
+    plain = Selection(as_it_is.problems, as_it_is.tried, as_it_is.origin)
+    return any(
+        plain.beside(chosen, found.fit).price < found.beside(chosen, found.fit).price for chosen in ([], found.chosen)
+    )
 
 
 @dataclass(eq=False)
@@ -100,7 +123,7 @@ class Beam:
 
     def search(self) -> None:
         """Look around until there is nothing left to; whoever ends it by Ctrl-C keeps the best set so far."""
-        self._keep(self.selection.set_of(self.selection.chosen, self.selection.fit))
+        self._keep(self.selection.present)
         try:
             while (effects := next(self._waiting(), None)) is not None or self._fitted_better():
                 if effects is not None:

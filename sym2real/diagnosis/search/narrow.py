@@ -50,7 +50,7 @@ def _narrow(selection: Selection) -> Iterator[EffectSet]:
     library = problems.problem.library
     if problems.log_count < SETTINGS.fewest_logs or count > SETTINGS.most_findings:
         return
-    effects = selection.set_of(selection.chosen, selection.fit)
+    effects = selection.present
     reference, screened = selection.screening(effects)
     most = (1 - PROMISING * SETTINGS.gain_of(count) / len(problems.whitening.sensor)) * reference
     smooth = [(rival, start) for loss, rival, start in screened[:REFITTED] if loss < most and not rival.needs_start]

@@ -60,7 +60,7 @@ class Near:
     @classmethod
     def of(cls, selection: Selection) -> Near:
         """Every effect of the set left out, and every rival that is worth a fit put in its place."""
-        beside = selection.larger(selection.set_of(selection.chosen, selection.fit))
+        beside = selection.larger(selection.present)
         joined = {larger.candidate.name: larger.price for larger in beside}
         return cls(selection, tuple(_place(selection, candidate, joined) for candidate in selection.chosen))
 

@@ -77,9 +77,15 @@ class Selection:
         self.held_out = self.problems.held_out(fit)
 
     @property
-    def loss(self) -> float:
-        """Held-out loss of the present state, all folds."""
-        return float(self.held_out.sum())
+    def present(self) -> EffectSet:
+        """What is in."""
+        return self.set_of(self.chosen, self.fit)
+
+    def beside(self, chosen: Sequence[Candidate], found: Fit) -> EffectSet:
+        """Effects, fitted from the values that they have in another fit."""
+        values, slots = self.origin.clone(), [slot for candidate in chosen for slot in candidate.slots]
+        values[slots] = found.values[slots]
+        return self.set_of(chosen, self.problems.fit([Hypothesis(self.free(chosen), values)], REFIT_STEPS)[0])
 
     def free(self, chosen: Sequence[Candidate]) -> Free:
         """Parameters of several candidates, in their order."""

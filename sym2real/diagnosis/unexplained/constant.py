@@ -91,7 +91,7 @@ def find_constants(
     own_constants = None if own is None else Constants.of(own.problem, own.spread, own.whitening, own.origin)
     of_base = torch.zeros(len(constants.names)) if own_constants is None else own_constants.sizes
     waiting = {place for place, name in enumerate(constants.names) if name not in exclude}
-    least = (SETTINGS.gain_few if selection.chosen else SETTINGS.gain) * selection.loss
+    least = (SETTINGS.gain_few if selection.chosen else SETTINGS.gain) * selection.present.loss
     chance, leftovers = SETTINGS.false_alarms / len(constants.names), list[Leftover]()
     while True:
         robots = (of_base.abs() <= SETTINGS.mostly * constants.sizes.abs()).tolist()

@@ -15,7 +15,6 @@ import torch
 
 from sym2real import rotation
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.data.preparation import with_columns
 from sym2real.diagnosis.faults.mistakes.wheel_speed import made_anew
 from sym2real.logs.pose import attitude, turned
 from sym2real.logs.sources import AsRead
@@ -101,7 +100,7 @@ class Exchanged:
     def undone(self, log: Trajectory) -> Trajectory:
         """With every column in its own place."""
         pairs = zip(self.columns, self.sources, self.signs, strict=True)
-        return with_columns(log, {other: sign * log.column(own) for own, other, sign in pairs})
+        return log.with_columns({other: sign * log.column(own) for own, other, sign in pairs})
 
 
 def counted_otherwise(read: AsRead, sense: float, zero: float) -> str:
@@ -144,11 +143,11 @@ class Turned:
         if self.field == "attitude":
             half = torch.tensor([cos(angle / 2), 0.0, 0.0, sin(angle / 2)], dtype=torch.float64)
             turned = rotation.multiply(half, attitude(log)).numpy()
-            return with_columns(log, dict(zip(ATTITUDE.columns, turned.T, strict=True)))
+            return log.with_columns(dict(zip(ATTITUDE.columns, turned.T, strict=True)))
         x, y = {"position": ("x", "y"), "velocity": ("vx", "vy"), "heading": ("cos_yaw", "sin_yaw")}[self.field]
         first, other = log.column(x), log.column(y)
-        return with_columns(
-            log, {x: cos(angle) * first - sin(angle) * other, y: sin(angle) * first + cos(angle) * other}
+        return log.with_columns(
+            {x: cos(angle) * first - sin(angle) * other, y: sin(angle) * first + cos(angle) * other}
         )
 
 
@@ -179,7 +178,7 @@ class OtherAxes:
     def undone(self, log: Trajectory) -> Trajectory:
         """Along the axes that are meant."""
         found = turned(log, self.columns, to_world=self.logged == "body")
-        return with_columns(log, dict(zip(self.columns, found.T, strict=False)))
+        return log.with_columns(dict(zip(self.columns, found.T, strict=False)))
 
 
 @dataclass(frozen=True)
@@ -229,7 +228,7 @@ class Late:
     def undone(self, log: Trajectory) -> Trajectory:
         """With these columns shifted back; the ends are held."""
         places = np.clip(np.arange(len(log)) + self.rows, 0, len(log) - 1)
-        return with_columns(log, {name: log.column(name)[places] for name in self.columns})
+        return log.with_columns({name: log.column(name)[places] for name in self.columns})
 
 
 def of_all(transformation: Transformation, data: Dataset) -> Dataset:

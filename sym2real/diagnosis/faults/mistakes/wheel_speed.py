@@ -12,7 +12,6 @@ import numpy as np
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.agreement import VELOCITIES
-from sym2real.diagnosis.data.preparation import with_columns
 from sym2real.logs import derive
 from sym2real.logs.pose import attitude
 from sym2real.trajectory import Array, Trajectory
@@ -66,7 +65,7 @@ def made_anew(before: Trajectory, log: Trajectory) -> Trajectory:
         place, yaw = log.state[:, state.indices(POSITION.columns[:2])], np.arctan2(*log.state[:, _heading(log)].T)
         moved = derive.rolling(log.time, place, yaw, speed if directed else np.abs(speed), around)
         found |= dict(zip(made, moved.T, strict=True))
-    return with_columns(log, found)
+    return log.with_columns(found)
 
 
 def _ahead(log: Trajectory) -> Array:

@@ -13,6 +13,7 @@ import whole_way
 from sym2real.cli import main
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import diagnose
+from sym2real.diagnosis.estimate.weighing import CONTRADICTED
 from sym2real.effects import effect
 from sym2real.errors import ModelError
 from sym2real.experiments.noisy_runs import Effects, noisy_runs
@@ -194,6 +195,19 @@ def test_a_hidden_effect_is_named(key: str, values: dict[str, float], alike: set
 def test_a_plain_robot_misses_nothing(base: Equations) -> None:
     found = diagnose(base, drives())
     assert (found.verdict, found.findings) == ("NOTHING_MISSING", ())
+
+
+@pytest.mark.parametrize("hidden", [(), (("wheel_radius:left_wheel", {"value": 0.96}),)], ids=["healthy", "a wheel"])
+def test_a_simulator_that_the_logs_contradict_calibrates_nothing(hidden: Effects, base: Equations) -> None:
+    """The simulator's right wheel is a tenth too large, its track too wide: that is no fault of the base."""
+    wrong = [("wheel_radius:right_wheel", {"value": 1.1}), ("track_width", {"value": 1.1})]
+    plant = MujocoPlant(DRIVE, [effect(key, DRIVE).inject(**values) for key, values in wrong])
+    found = diagnose(base, drives(hidden), plant)
+    assert [finding.effect for finding in found.findings] == [key for key, _ in hidden], found.summary
+    assert CONTRADICTED in found.notes
+    calibrated = diagnose(base, drives(hidden), MujocoPlant(DRIVE))
+    assert [finding.effect for finding in calibrated.findings] == [key for key, _ in hidden], calibrated.summary
+    assert CONTRADICTED not in calibrated.notes
 
 
 def test_the_whole_way_from_the_command_line(tmp_path: Path) -> None:

@@ -167,11 +167,18 @@ def calibrate_base(prepared: Prepared) -> Prepared:
 
 
 def uncalibrated(prepared: Prepared) -> Prepared:
-    """Effects counted from the base as it is."""
-    searched = prepared.problems.problem.library
-    problems = replace(prepared.problems, nuisance=nuisance_of(searched, searched.null))
-    notes = (*prepared.notes, CONTRADICTED)
-    return replace(prepared, problems=problems, origin=searched.null, calibration=None, notes=notes)
+    """Effects counted from the base as it is, by the same covariance."""
+    library, known = prepared.library, prepared.problems.problem
+    problem = Problem(library, known.data, known.segments)
+    return replace(
+        prepared,
+        searched=library,
+        tried=candidates(library, known.data),
+        problems=replace(prepared.problems, problem=problem, nuisance=nuisance_of(library, library.null)),
+        origin=library.null,
+        calibration=None,
+        notes=(*prepared.notes, CONTRADICTED),
+    )
 
 
 def _not_tried(model: Equations, data: Dataset, question: Question) -> tuple[NotTried, ...]:

@@ -95,7 +95,7 @@ def _doubtful(found: Selection, as_it_is: Prepared) -> bool:
 
     A simulator's wheels slip where a robot's may roll.
     """
-    if torch.equal(found.origin, as_it_is.origin):
+    if as_it_is.library is found.problems.problem.library and torch.equal(found.origin, as_it_is.origin):
         return False
     plain = Selection(as_it_is.problems, as_it_is.tried, as_it_is.origin)
     return any(

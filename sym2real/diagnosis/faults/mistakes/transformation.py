@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import atan2, cos, degrees, pi, sin
+from math import atan2, cos, degrees, sin
 from typing import Protocol
 
 import numpy as np
@@ -80,21 +80,19 @@ class Exchanged:
         reads = [f"{other} read {read.column(own)}" for own, other, _ in pairs if own != other]
         flips = [read.column(own) for own, other, sign in pairs if sign * read.sign(own) * read.sign(other) < 0]
         if not reads and not flips and {*self.columns} == {*HEADING.columns}:
-            from_zero, from_quarter = (self._meant(angle) for angle in (0.0, pi / 2))
-            sense = 1.0 if cos(from_quarter - from_zero - pi / 2) > 0.0 else -1.0
-            return counted_otherwise(read, sense, -sense * from_zero)
+            sense = self.signs[0] * self.signs[1] * (1.0 if self.columns == self.sources else -1.0)
+            return counted_otherwise(read, sense, -sense * self._meant_by_zero)
         if not reads and not flips:
             return f"correct {' '.join(read.columns(self.columns))}, of which {' '.join(self.columns)} are made"
         change = [f"let {', '.join(reads)}"] * bool(reads) + [f"flip {', '.join(flips)}"] * bool(flips)
         change += ["leave the signs as they are"] * (bool(reads) and not flips)
         return f"{' and '.join(change)} in a specification of the log{read.frame if flips else ''}"
 
-    def _meant(self, yaw: float) -> float:
-        """The heading that is meant by a logged one, rad."""
-        logged = dict(zip(HEADING.columns, (sin(yaw), cos(yaw)), strict=True))
-        found = {
-            other: sign * logged[own] for own, other, sign in zip(self.columns, self.sources, self.signs, strict=True)
-        }
+    @property
+    def _meant_by_zero(self) -> float:
+        """The heading in rad that is meant by a logged one of zero, whose cosine is 1."""
+        pairs = zip(self.columns, self.sources, self.signs, strict=True)
+        found = {other: sign * (own == HEADING.columns[1]) for own, other, sign in pairs}
         return atan2(*(found[name] for name in HEADING.columns))
 
     def undone(self, log: Trajectory) -> Trajectory:

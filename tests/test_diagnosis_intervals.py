@@ -27,8 +27,11 @@ from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.effects import effect
 from sym2real.plants import MujocoPlant
 from sym2real.robots import CRAZYFLIE, MUSHR
+from sym2real.robots.nominal_car import car
 from sym2real.symbolic import Equations, symbol
+from sym2real.trajectory import Trajectory
 
+SPEED = 1.5  # m/s
 LOGS, ROWS, OWN = 8, 130, 0.002  # N, constant force that the wrong base has
 
 
@@ -132,3 +135,31 @@ def test_a_lag_is_known_to_no_less_than_a_sixth_of_a_step_and_its_interval_holds
 @pytest.mark.parametrize(("value", "unit", "said"), [(0.00512, "kg", "0.00512 kg"), (1.0, "1", "1"), (0.3, "", "0.3")])
 def test_a_value_is_said_with_its_unit_and_without_the_unit_one(value: float, unit: str, said: str) -> None:
     assert Estimate(value, value, value, unit).said == said
+
+
+def _late_bicycle(seed: int, wheelbase: float, late: float) -> Trajectory:
+    """Steering that acts some s after it was sent, at uneven stamps; integrated every ms."""
+    rng = np.random.default_rng(seed)
+    stamps = MUSHR.dt * (1.0 + np.arange(300) + rng.uniform(-0.4, 0.4, 300))
+    steer = 0.3 * np.sin(np.cumsum(rng.uniform(0.02, 0.15, 300))) + 0.03 * rng.standard_normal(300)
+    fine = np.arange(0.0, stamps[-1], 1e-3)
+    sent = steer[np.clip(np.searchsorted(stamps, fine - late, side="right") - 1, 0, None)]
+    rate = SPEED * np.tan(sent) / wheelbase
+    yaw = np.concatenate([[0.0], np.cumsum(rate * 1e-3)[:-1]])
+    place = [np.concatenate([[0.0], np.cumsum(SPEED * way(yaw) * 1e-3)[:-1]]) for way in (np.cos, np.sin)]
+    rows = np.searchsorted(fine, stamps[:-1])
+    state = np.stack([*place, np.sin(yaw), np.cos(yaw), SPEED * np.cos(yaw), SPEED * np.sin(yaw), rate], axis=1)[rows]
+    action = np.stack([steer[:-1], np.full(299, SPEED)], axis=1)
+    noisy = MUSHR.layouts.state.normalise(torch.as_tensor(state + 0.002 * rng.standard_normal(state.shape))).numpy()
+    return Trajectory(stamps[:-1], noisy, action, np.zeros((299, MUSHR.layouts.inputs.size)), MUSHR.layouts)
+
+
+def test_the_interval_of_a_delay_holds_it_where_commands_change_within_steps() -> None:
+    """Rows at uneven stamps are brought to even ones: commands then begin up to half a step off."""
+    late, wheelbase = 0.17, 0.3
+    logs = [_late_bicycle(seed, wheelbase, late) for seed in range(4)]
+    tried = try_effect(car(wheelbase), ["delay:steer"], logs)
+    (found,) = tried.findings
+    value = found.parameters["value"]
+    assert value.low <= late <= value.high
+    assert value.high - value.low < 1.3 * MUSHR.dt

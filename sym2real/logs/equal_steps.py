@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from sym2real.logs.dropouts import CUT
-from sym2real.logs.resample import REGULAR, gaps, is_regular, resample
+from sym2real.logs.resample import GAP_INTERVALS, REGULAR, gaps, is_regular, resample
 from sym2real.logs.standard import Standard
 from sym2real.trajectory import Array, Trajectory
 
@@ -26,7 +26,7 @@ def equal_steps(log: Trajectory, dt: float | None = None) -> list[Trajectory]:
     """
     if len(log) < 2 or log.between is not None:
         return [log]
-    step = log.dt if dt is None or abs(log.dt - dt) > REGULAR * dt else dt
+    step = log.dt if dt is None or min(abs(own - dt) for own in (log.dt, _mean_step(log))) > REGULAR * dt else dt
     cuts = gaps(log.time, step).tolist()
     if not cuts:
         return [_resampled(log, step)]
@@ -36,6 +36,12 @@ def equal_steps(log: Trajectory, dt: float | None = None) -> list[Trajectory]:
         piece = replace(log.rows(start, stop), name=f"{log.name}#{number}", notes=(*log.notes, note))
         pieces.append(_resampled(piece, step))
     return pieces
+
+
+def _mean_step(log: Trajectory) -> float:
+    """Mean time between rows in s, gaps left out: jitter moves the usual one, and lost rows this one."""
+    intervals = np.diff(log.time)
+    return float(intervals[intervals <= GAP_INTERVALS * log.dt].mean())
 
 
 def _resampled(log: Trajectory, dt: float) -> Trajectory:

@@ -9,7 +9,7 @@ from sym2real.layout import Layouts
 from sym2real.logs import derive
 from sym2real.logs.parts import ATTITUDES, STANDARD_COLUMNS
 from sym2real.logs.standard import Columns, Standard, attitude_columns, side_by_side
-from sym2real.trajectory import Array, usual_interval
+from sym2real.trajectory import Array, Trajectory, usual_interval
 from sym2real.vocabulary import VOCABULARY
 
 # Stamps are regular when every interval is within this share of the step: rounding stays far below it.
@@ -21,6 +21,7 @@ GAP_INTERVALS = 3.5
 # Rows of a log over those that a model's step leaves of it, from which it is said what uses all.
 THINNED = 1.5
 
+RESAMPLED = "resampled to"  # what a note of it begins with
 COMMANDS = frozenset(column for group, field in VOCABULARY if group == "action" for column in field.columns)
 CIRCLES = (("sin_yaw", "cos_yaw"), ("ref_sin_yaw", "ref_cos_yaw"))
 
@@ -75,6 +76,11 @@ def resample(log: Standard, dt: float, layouts: Layouts) -> Standard:
     return Standard(grid, columns, others, (*log.notes, _note(time, dt, len(grid))))
 
 
+def is_resampled(log: Trajectory) -> bool:
+    """Whether its rows were measured at other stamps."""
+    return any(note.startswith(RESAMPLED) for note in log.notes)
+
+
 def _a_row_a_step(time: Array, dt: float) -> bool:
     """Whether stamps jitter and each command was held for its period; even stamps tell how long it was held."""
     intervals = np.diff(time)
@@ -97,7 +103,7 @@ def _note(time: Array, dt: float, rows: int) -> str:
         "" if len(time) < THINNED * rows else f" (a model with a step of {np.median(intervals):.4g} ms uses them all)"
     )
     return (
-        f"resampled to {1e3 * dt:g} ms from stamps {np.median(intervals):.4g} ms apart "
+        f"{RESAMPLED} {1e3 * dt:g} ms from stamps {np.median(intervals):.4g} ms apart "
         f"({intervals.min():.4g} to {intervals.max():.4g}), {len(time)} rows became {rows}{unused}: "
         "vectors linearly, attitudes on the great circle, commands held"
     )

@@ -11,15 +11,17 @@ import torch
 from sym2real.diagnosis.estimate.quadratic import Fit
 from sym2real.diagnosis.estimate.significance import half_widths
 from sym2real.diagnosis.predict.candidate import Candidate
-from sym2real.diagnosis.predict.library import Library
+from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.search.near import Near
 from sym2real.diagnosis.search.select import Selection, reported
 from sym2real.diagnosis.settings import SETTINGS
-from sym2real.effects.kind import Parameter, with_unit
+from sym2real.effects.kind import Kind, Parameter, with_unit
+from sym2real.logs.resample import is_resampled
 
 # Filters act on the mean of a command over a control step. One that changes steadily within the step moves a position
-# by a third of its change, its mean by a half: a sixth of a step that a lag's time cannot be told from.
-WITHIN_A_STEP = 1 / 6
+# by a third of its change, its mean by a half: a sixth of a step that a lag's time cannot be told from. Where a log was
+# resampled, commands changed within steps: what goes by a step's last goes by its mean, half a step away.
+WITHIN_A_STEP, OF_UNEVEN = 1 / 6, 1 / 2
 # Standard deviations of a 95 % interval.
 TWO_SIDED = 1.96
 
@@ -93,23 +95,21 @@ def _around(
         form = dict(zip(candidate.slots, near.variances(candidate).tolist(), strict=True))
     for place, tied in zip(selection.places(selection.chosen, candidate), candidate.free, strict=True):
         for index in tied:
-            of, slot = library.slots[index].effect, _parameter(selection, index)
+            effect, slot = library.effects[library.slots[index].effect], _parameter(selection, index)
             value = reported(float(fit.values[index]), float(selection.origin[index]), slot)
             reference = value - slot.null if slot.null in (0.0, 1.0) else value
-            by_form = SETTINGS.interval_floor**2 + _stiffness(library, of) ** 2
+            # Nobody knows how a torque is answered.
+            by_torque = SETTINGS.stiffness * effect.of.by_torque(effect.body)
+            by_form = SETTINGS.interval_floor**2 + by_torque**2
             squares = (float(halves[place]) * slot.scale) ** 2 + TWO_SIDED**2 * form[index] + by_form * reference**2
-            yield index, value, (squares + _unresolved(library, of, problem.data.dt) ** 2) ** 0.5
+            yield index, value, (squares + _unresolved(problem, effect.of, slot) ** 2) ** 0.5
 
 
-def _unresolved(library: Library, name: str, dt: float) -> float:
-    """Half-width of what control steps hide of a lag's time in s; none of other effects."""
-    return WITHIN_A_STEP * dt if name in library.effects and library.effects[name].of.lagging else 0.0
-
-
-def _stiffness(library: Library, name: str) -> float:
-    """Relative half-width of what nobody knows of how a torque is answered; none of other effects."""
-    effect = library.effects.get(name)
-    return SETTINGS.stiffness if effect is not None and effect.of.by_torque(effect.body) else 0.0
+def _unresolved(problem: Problem, kind: Kind, slot: Parameter) -> float:
+    """Half-width of what control steps hide of when a command acts, in s; none of other effects."""
+    resampled = any(is_resampled(log) for log in problem.data)
+    timing = slot.unit == "s" and (kind.lagging or kind.columns == "action")
+    return timing * (OF_UNEVEN if resampled else WITHIN_A_STEP * kind.lagging) * problem.data.dt
 
 
 def spread_over_logs(selection: Selection, candidate: Candidate, fit: Fit) -> dict[str, float]:

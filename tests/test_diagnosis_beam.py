@@ -85,14 +85,14 @@ def test_the_order_of_what_competes_does_not_matter() -> None:
     for selection in (forwards, backwards):
         Beam(selection).search()
     assert {candidate.name for candidate in forwards.chosen} == {candidate.name for candidate in backwards.chosen}
-    assert forwards.loss == pytest.approx(backwards.loss, rel=1e-4)
+    assert forwards.present.loss == pytest.approx(backwards.present.loss, rel=1e-4)
 
 
 def test_no_set_that_was_looked_at_is_cheaper_than_the_answer_and_beyond_chance() -> None:
     selection = selection_of(problems()[1])
     beam = Beam(selection)
     beam.search()
-    own = selection.price(selection.loss, len(selection.chosen))
+    own = selection.price(selection.present.loss, len(selection.chosen))
     for effects in (effects for effects in beam.sets.values() if effects.price < own):
         doubtful = {member.name for member in effects.chosen if not selection.significant(effects.fit, member)}
         assert any(effects.names - {name} in beam.looked_around for name in doubtful)

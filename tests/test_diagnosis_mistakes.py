@@ -289,3 +289,23 @@ def test_what_is_let_go_under_full_force_does_not_jump() -> None:
     state[200:, joint] += 0.3
     (jump,) = bad_rows(Dataset([replace(log, state=state)]))
     assert (jump.columns, jump.cuts) == (("pole",), ((200,),))
+
+
+def test_a_yaw_rate_that_overshoots_as_the_steering_goes_over_is_no_spike() -> None:
+    """Tyres that build up a turn, ζ = 0.25 and 30 rad/s in rows of 50 ms, as it goes from the right to the left."""
+    robot, rows = ROBOTS["mushr"], 400
+    time = np.arange(rows) * robot.dt
+    state = np.random.default_rng(0).normal(0.0, 0.01, (rows, len(robot.layouts.state)))
+    damping, natural = 0.25, 30.0
+    free = natural * np.sqrt(1.0 - damping**2)
+    since = np.maximum(time - time[200], 0.0)
+    left = np.exp(-damping * natural * since) * (np.cos(free * since) + damping * natural / free * np.sin(free * since))
+    rate = robot.layouts.state.index("wz")
+    state[:, rate] += 1.5 - 3.5 * left
+    quiet = np.zeros((rows, len(robot.layouts.action))), np.zeros((rows, len(robot.layouts.inputs)))
+    log = Trajectory(time, state, *quiet, robot.layouts)
+    assert not bad_rows(Dataset([log]))
+    state[100:102, rate] += (4.0, 2.5)
+    (jump,) = bad_rows(Dataset([replace(log, state=state)]))
+    assert jump.columns == ("wz",)
+    assert np.flatnonzero(jump.rows[0]).tolist() == [100, 101]

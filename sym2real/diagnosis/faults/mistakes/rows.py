@@ -147,16 +147,18 @@ def _excursions(change: Array, jumps: NDArray[np.int64], *, stays: bool) -> tupl
     latest = SETTINGS.jump_rows if stays else SETTINGS.spike_rows
     while place < len(jumps):
         first = int(jumps[place])
-        away = change[first - 1]
-        soon = (offset for offset in range(place + 1, len(jumps)) if jumps[offset] - first <= latest)
-        most = SETTINGS.mostly * np.linalg.norm(away)
-        back = next((offset for offset in soon if np.linalg.norm(away + change[jumps[offset] - 1]) < most), None)
+        soon = [offset for offset in range(place, len(jumps)) if jumps[offset] - first <= latest]
+        # How far it is away after each jump: what overshoots as it settles elsewhere does not come back.
+        away = np.linalg.norm(np.cumsum(change[jumps[soon] - 1], axis=0), axis=1)
+        back = next((offset for offset, left in zip(soon, away, strict=True) if left < SETTINGS.mostly * away[0]), None)
         if back is None:
-            cuts += [first] if stays else []
+            # Those that follow at once are the same motion: none of them starts from where the value was.
+            alone = np.flatnonzero(np.diff(jumps[place:]) > 1)
+            back = place + int(alone[0]) if len(alone) else len(jumps) - 1
+            cuts += map(int, jumps[place : back + 1]) if stays else []
         else:
             rows[first : int(jumps[back])] = True
-            place = back
-        place += 1
+        place = back + 1
     return rows, tuple(cuts)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Sequence
 from pathlib import Path
 
 import mujoco
@@ -178,8 +179,32 @@ def test_what_brakes_a_light_joint_may_be_large_beside_its_inertia(key: str, val
         rows.append([0.01 * step, data.qpos[0] + rng.normal(0.0, 5e-4), data.qvel[0] + rng.normal(0.0, 0.02), told])
         data.ctrl[:] = told
         mujoco.mj_step(model, data, 10)
+    tried = try_effect(robot.nominal(), key, logged(rows, robot), exclude=["*"])
+    assert tried.supported, tried.summary
+    assert tried.finding.values["value"] == pytest.approx(value, rel=0.1)
+
+
+def logged(rows: Sequence[Sequence[float]], robot: Robot) -> Trajectory:
+    """Time, angle, rate and command of a robot of one joint."""
     time, *columns = np.array(rows).T
-    log = Trajectory(time, np.stack(columns[:2], 1), columns[2][:, None], np.zeros((len(time), 1)), robot.layouts)
-    tried = try_effect(robot.nominal(), key, log, exclude=["*"])
+    return Trajectory(time, np.stack(columns[:2], 1), columns[2][:, None], np.zeros((len(time), 1)), robot.layouts)
+
+
+def test_a_gears_damping_may_be_large_beside_a_light_link() -> None:
+    """A description without what a link is driven through, whose rate decays in 1/25 s: four periods."""
+    text = GEARED.replace(' damping="0.02"', "").replace("<position ", "<motor ").replace(' kp="3" kv="0.1"', "")
+    robot, spec = Robot.from_mjcf(text, name="geared", dt=0.01), mujoco.MjSpec.from_string(text)
+    inertia, rng = robot.numbers["q_inertia"], np.random.default_rng(0)
+    spec.joint("q").damping[0] = value = 25.0 * inertia
+    model = spec.compile()
+    data, rows = mujoco.MjData(model), []
+    for step in range(3000):
+        place, rate = data.qpos[0] + rng.normal(0.0, 5e-4), data.qvel[0] + rng.normal(0.0, 0.02)
+        wanted = 0.6 * np.sin(0.02 * step) * np.sin(0.0031 * step) + rng.normal(0.0, 0.05)
+        told = 300.0 * inertia * (wanted - place - 0.3 * rate)
+        rows.append([0.01 * step, place, rate, told])
+        data.ctrl[:] = told
+        mujoco.mj_step(model, data, 10)
+    tried = try_effect(robot.nominal(), "joint_damping:q", logged(rows, robot), exclude=["*"])
     assert tried.supported, tried.summary
     assert tried.finding.values["value"] == pytest.approx(value, rel=0.1)

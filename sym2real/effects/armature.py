@@ -7,13 +7,12 @@ from typing import Any
 
 from sym2real.effects.body import Body
 from sym2real.effects.domain import Domain
-from sym2real.effects.joint_push import inertia, raised
+from sym2real.effects.joint_push import ALONE, inertia, raised
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.truth import editing
 from sym2real.symbolic import Equations
 from sym2real.vocabulary import armature_quantity
 
-ALONE = "{column}_alone"  # the number of a joint that bounds it
 OVERSTATED = 0.5  # part of it that a description may likely be too large by
 
 
@@ -23,7 +22,7 @@ def _parameters(body: Body) -> tuple[Parameter, ...]:
     # joint is held: with less, the masses of the whole robot, in the pose it stands in, are not positive definite.
     most = body.numbers.get(ALONE.format(column=body.column), inf)
     low = -OVERSTATED * min(most, inertia(body))
-    return (Parameter("value", unit, 0.0, low, 30 * scale, scale, domain=Domain(-most, open=True)),)
+    return (Parameter("value", unit, 0.0, low, 1000 * scale, scale, domain=Domain(-most, open=True)),)
 
 
 def _substitute(equations: Equations, values: Values, body: Body) -> Equations:

@@ -14,6 +14,7 @@ from sym2real.symbolic.expressions import canonical
 from sym2real.vocabulary import push_column, rate_column
 
 INERTIA = "{column}_inertia"  # the number of a joint that its effects need
+ALONE = "{column}_alone"  # what a force along it moves while no other joint is held: the least
 
 
 def inertia(body: Body) -> float:

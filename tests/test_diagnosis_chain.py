@@ -10,6 +10,7 @@ from sym2real import rotation
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import Diagnosis, diagnose
 from sym2real.diagnosis.data.segments import cut
+from sym2real.diagnosis.estimate.variances import root_beside_one
 from sym2real.diagnosis.estimate.whitening import Spread, estimate
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
@@ -54,6 +55,17 @@ def test_nothing_is_found_where_nothing_is_missing() -> None:
     assert found.findings == ()
     assert found.verdict == "NOTHING_MISSING"
     assert found.misfit[1] == pytest.approx(1.0, abs=0.05)
+
+
+@pytest.mark.parametrize("size", [1.0, 1e4, 1e10, 1e18])
+def test_the_root_beside_one_exists_however_far_a_base_runs_away(size: float) -> None:
+    """Sensitivities that grow along one direction: the sum of their squares is singular but for rounding."""
+    draws = torch.randn(60, 300, 12, generator=torch.Generator().manual_seed(0), dtype=torch.float64)
+    columns = size * (draws[..., :1] + 1e-9 * draws)
+    squares = columns.mT @ columns
+    root = root_beside_one(squares)
+    whole = squares + torch.eye(12, dtype=torch.float64)
+    torch.testing.assert_close(root @ root.mT, whole, rtol=1e-9, atol=1e-10 * float(whole.max()))
 
 
 def test_whitening_recovers_the_variances_that_made_the_residual() -> None:

@@ -15,6 +15,7 @@ from torch import Tensor
 
 STEPS = 15
 LEAST, MOST = 1e-8, 1e6
+ROUNDING = 1e-12  # of a sum of squares: hundreds of rows, each rounded to 1e-16, in tens of columns
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,6 +73,13 @@ class Products:
         return rows.new_zeros(self.inner.shape[1]).index_add(0, self.channel, rows.sum(0))
 
 
+def root_beside_one(squares: Tensor) -> Tensor:
+    """The lower triangular root of 1 + GᵀG ``# (…, K, K)``, where G may be so large that rounding hides the 1."""
+    size = squares.diagonal(dim1=-2, dim2=-1)
+    root: Tensor = torch.linalg.cholesky(squares + torch.diag_embed(1.0 + ROUNDING * size))
+    return root
+
+
 def most_likely(products: Products, sensor: Tensor, power: Tensor) -> tuple[Tensor, Tensor]:
     """Variances of channels ``# (C,)`` and of disturbances ``# (D,)`` after :data:`STEPS` steps from those given."""
     for _ in range(STEPS):
@@ -92,9 +100,7 @@ def _factors(products: Products, sensor: Tensor, power: Tensor) -> tuple[Tensor,
     inside = (weight @ products.inner).unflatten(-1, (size, size))  # (S, K, K)
     along = weight @ products.outer  # (S, K)
     unit = torch.eye(size, dtype=scale.dtype)
-    root = torch.linalg.solve_triangular(
-        torch.linalg.cholesky(unit + inside * scale * scale[:, None]), unit, upper=False
-    )
+    root = torch.linalg.solve_triangular(root_beside_one(inside * scale * scale[:, None]), unit, upper=False)
     spread = scale * (root.mT @ root) * scale[:, None]  # covariance of the columns' coefficients
     held = (spread @ along[..., None])[..., 0]
     left = products.residuals - (products.columns @ held[..., None])[..., 0]

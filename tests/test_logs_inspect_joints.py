@@ -39,6 +39,10 @@ OWN = two_links.COLUMNS[1:]
         ("shoulder elbow shoulder_vel elbow_vel tau_a tau_b", "- - - - - -"),
         ("position[0] position[1] position[2] velocity[0] velocity[1] velocity[2]", "- - - - - -"),
         ("pos_1 pos_2 angle_1 angle_2 tau1 tau2", "- - - - tau1 tau2"),
+        (
+            "present_position_1 present_position_2 q1_vel q2_vel present_current_1 present_current_2",
+            "present_position_1 present_position_2 q1_vel q2_vel - -",
+        ),
     ],
 )
 def test_names_that_say_enough_are_matched_and_no_others(names: str, found: str) -> None:
@@ -57,6 +61,12 @@ def test_joints_go_by_their_names_and_servos_by_what_is_wanted() -> None:
         "waist": "waist_pos", "shoulder_rate": "shoulder/velocity", "waist_motor": "waist_cmd",
         "elbow_motor": "elbow_effort", "elbow": "elbow",
     }  # fmt: skip
+    places = arm.state.rates.items()
+    glued = {joint: f"currentPosition{joint}" for joint, _ in places}
+    glued |= {rate: f"currentVelocity{joint}" for joint, rate in places}
+    glued |= {action: f"currentCommand{joint}" for action, joint in moved.items()}  # jiminy's; no electric current
+    found = {column: match.source for column, match in match_own([*glued.values()], arm, moved).found.items()}
+    assert found == glued
     servo = '<position name="target" joint="q1" kp="8" ctrlrange="-2 2"/>'
     told = Robot.from_mjcf(two_links.MJCF.replace("<actuator>", f"<actuator>{servo}"), actions=["target"], name="l")
     assert match_own(["ax1_pos", "ax1_target"], told.layouts, {"target": "q1"}).found["target"].source == "ax1_target"

@@ -377,6 +377,20 @@ def test_a_file_that_is_no_robot_is_refused_with_the_reason(
         Robot.from_mjcf(file)
 
 
+def test_a_urdf_which_has_no_actuators_is_refused_with_what_to_do(tmp_path: Path) -> None:
+    swings = """
+    <robot name="pendulum">
+      <link name="post"/>
+      <link name="rod"><inertial><origin xyz="0 0 -0.2"/><mass value="1"/>
+        <inertia ixx="0.01" iyy="0.01" izz="0.001" ixy="0" ixz="0" iyz="0"/></inertial></link>
+      <joint name="hinge" type="revolute"><parent link="post"/><child link="rod"/><axis xyz="0 1 0"/>
+        <limit lower="-3" upper="3" effort="9" velocity="9"/></joint>
+    </robot>"""
+    (tmp_path / "pendulum.urdf").write_text(swings)
+    with pytest.raises(ModelError, match=r"expected actuators.*<actuator> section"):
+        Robot.from_mjcf(tmp_path / "pendulum.urdf")
+
+
 def test_the_base_of_a_robot_is_its_first_principles_where_there_are_any(arm: Robot, tmp_path: Path) -> None:
     file = tmp_path / "held.xml"
     held = '<equality><joint joint1="waist" joint2="reach"/></equality></mujoco>'

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal
 
@@ -25,8 +25,9 @@ FORCE = TORQUE | {"f", "force", "forces", "motor", "motors", "m", "u"}
 OTHERS = (known.ACCELERATION - {"a"}) | {"ddq", "qdd", "ddot", "current", "temperature"}
 # What a name may say beside the joint, and says nothing about which.
 NEUTRAL = frozenset({
-    "joint", "joints", "jnt", "j", "state", "states", "real", "raw", "data", "robot", "of", *MEASURED,
+    "joint", "joints", "jnt", "j", "state", "states", "real", "raw", "data", "robot", "of", "present", *MEASURED,
 })  # fmt: skip
+SHORTEST = 3  # letters of a joint's name that is looked for inside a word
 # What an actuator is told, by the unit of its column.
 TOLD: Mapping[str, Quantity] = {"rad": "place", "m": "place", "rad/s": "rate", "m/s": "rate"}
 
@@ -61,15 +62,25 @@ class Matching:
 
 @dataclass(frozen=True)
 class _Name:
-    """A column's name: what it measures, of which joint."""
+    """A column's name: what it measures, of which joint.
+
+    Args:
+        text: as it stands.
+        joints: of the model, which may stand in it without a gap (``currentPositionknee``).
+        without: words that say nothing in this log.
+    """
 
     text: str
+    joints: tuple[str, ...] = ()
+    without: frozenset[str] = frozenset()
 
     @cached_property
     def words(self) -> tuple[str, ...]:
         text = re.sub(r"\[(\d+)\]", r".\1", self.text).replace("dQ", "dq").replace("dTheta", "dtheta")
+        if glued := [joint for joint in self.joints if joint.lower() in text.lower()]:
+            text = re.sub(f"({re.escape(max(glued, key=len))})", r"_\1_", text, flags=re.IGNORECASE)
         words, _ = words_and_unit(re.sub(r"(\d+)", r"_\1_", text))
-        return tuple(words)
+        return tuple(word for word in words if word not in self.without)
 
     @property
     def wanted(self) -> bool:
@@ -123,7 +134,11 @@ def match_own(columns: Sequence[str], layouts: Layouts, moved: Mapping[str, str]
     result = Matching({
         column: Match(texts[column.lower()], "the model's own name") for column in own if column.lower() in texts
     })  # fmt: skip
-    log = [_Name(column) for column in columns]
+    called = tuple(joint for joint in places if len(joint) >= SHORTEST)
+    log = [_Name(column, called) for column in columns]
+    # A position is no electric current: who says "current position" means that it is so now, of torques too.
+    if any("current" in name.words and (PLACE | RATE).intersection(name.words) for name in log):
+        log = [replace(name, without=frozenset({"current"})) for name in log]
     _match(result, log, places, lambda name, _: name.quantity in {"place", ""} and not name.wanted)
     turned = {rates[joint]: joint for joint in places}
     _match(result, log, turned, lambda name, _: name.quantity == "rate" and not name.wanted)

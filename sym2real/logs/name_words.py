@@ -37,7 +37,7 @@ LETTERS = (
 )
 
 _COMPOUND = re.compile(r"(pos|p|vel|v|omega|gyro|gyr|w|accel|acc|a|quat|q|force|f|torque|tau|tor|d)_?([wxyz])")
-_REVERSED = re.compile(r"([xyz])_?(pos|vel|dot|acc|gyro)")
+_REVERSED = re.compile(r"([xyz])_?(pos|vel|dot|acc|gyro|rate)")
 _ANGLE_RATE = re.compile(r"(roll|pitch|yaw|phi|theta|psi|heading)(rate|speed|dot|vel)")
 _NUMBERED = re.compile(r"([a-z]+)(\d)")
 

@@ -89,6 +89,11 @@ def from_mjcf(
         wheels = planar.Wheels.of(model, data)
     chosen = _state(known, state) if wheels is None else Layout.of(planar.STATE)
     layouts = columns.layouts_of(model, chosen, wanted)
+    if not wanted:
+        raise ModelError(
+            "expected actuators, the robot's actions, found none: give the file an <actuator> section"
+            " (a URDF has none; mujoco.mj_saveLastXML writes it as an MJCF)"
+        )
     actuators = [model.actuator(actuator_name).id for actuator_name in wanted]
     places = [known[column][1] for column in layouts.state if column in known]
     standing = np.concatenate([data.qpos, np.zeros(model.nv)])

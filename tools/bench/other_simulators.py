@@ -1,10 +1,10 @@
-"""The diagnosis on simulators that are not ours: RotorPy's, drone-models' and Bullet's rotorcraft, two cars that slide.
+"""The diagnosis on simulators that are not ours: RotorPy's, drone-models' and Bullet's rotorcraft, three sliding cars.
 
 Physics, rotors, drag and tyres are their authors'; the runs are those of the standard set, with its sensor noise. The
 quadrotors' base is learned in MuJoCo and calibrated there. RotorPy's rotors need 4 ms where MuJoCo's are immediate,
 which every case but two has beside its own effect; drone-models' are Crazyflies as they were identified in flight, 5 to
 16 g heavier than the base's, with slow rotors and drag. Bullet's is a hexarotor that is commanded motor by motor, held
-against its first principles. The cars are CommonRoad's and highway-env's, held against a
+against its first principles. The cars are CommonRoad's, highway-env's and SlipX's, held against a
 bicycle without slip and without a simulator, so that every case also lacks the lags of servo and motor, the slip of its
 tyres, and the arm from the rear axle to its centre.
 
@@ -34,6 +34,8 @@ from rich.console import Console
 from rich.markup import escape
 from rotorpy_plant import QUICK, Quadrotor, RotorpyPlant
 from single_track_plant import WHEELBASE, Car, SingleTrackPlant
+from slipx_plant import WHEELBASE as RACE_WHEELBASE
+from slipx_plant import RaceCar, races
 from standard_set import standard_run
 
 from sym2real.dataset import Dataset
@@ -126,6 +128,12 @@ ROADS = {
     "road car, stiff tyres": Tyres(front=4.0, rear=4.0),
     "road car, soft tyres": Tyres(front=0.5, rear=0.5),
     "road car, soft front": Tyres(front=0.6),
+}
+RACES = {
+    "race car": RaceCar(),
+    "race car, soft front": RaceCar(front=0.5),
+    "race car, ballast ahead": RaceCar(ballast=1.5, ahead=0.2),
+    "race car, late commands": RaceCar(late=3),
 }
 
 
@@ -244,6 +252,8 @@ def questions() -> Iterator[Question]:
         yield Question(case, {**ALWAYS, **own, **truth}, runs, car(WHEELBASE))
     for case, tyres in ROADS.items():
         yield Question(case, tyres.truth, partial(drives, tyres), car(ROAD_WHEELBASE))
+    for case, race_car in RACES.items():
+        yield Question(case, race_car.truth, partial(races, race_car), car(RACE_WHEELBASE))
 
 
 def answer(question: Question, seed: int, console: Console) -> Answer:

@@ -75,8 +75,12 @@ class Products:
 
 def root_beside_one(squares: Tensor) -> Tensor:
     """The lower triangular root of 1 + GᵀG ``# (…, K, K)``, where G may be so large that rounding hides the 1."""
-    size = squares.diagonal(dim1=-2, dim2=-1)
-    root: Tensor = torch.linalg.cholesky(squares + torch.diag_embed(1.0 + ROUNDING * size))
+    whole = torch.eye(squares.shape[-1], dtype=squares.dtype) + squares
+    root: Tensor
+    root, failed = torch.linalg.cholesky_ex(whole)
+    if bool(failed.any()):
+        sizes = torch.diag_embed(squares.diagonal(dim1=-2, dim2=-1))
+        root = torch.linalg.cholesky(whole + ROUNDING * sizes)
     return root
 
 

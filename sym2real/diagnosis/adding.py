@@ -157,10 +157,8 @@ def _supported(
     gaining = [candidate for candidate in selection.chosen if beside[candidate.name] > needed(candidate)]
     shown = {candidate.name for candidate in gaining if selection.significant(selection.fit, candidate)}
     # As in a search, on a copy: what is not supported is reported with its values, too.
-    small = {
-        member.name
-        for member in keep_needed(Predicted(copy(selection), prepared.library, prepared.checked.data)).dropped
-    }
+    apart = Predicted(copy(selection), prepared.library, prepared.checked.data)
+    small = {member.name for member in keep_needed(apart).dropped}
     return tuple(key for key in keys if key in shown - small), tuple(key for key in keys if key in shown & small)
 
 

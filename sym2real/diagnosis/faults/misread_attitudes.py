@@ -175,12 +175,9 @@ def against_the_path(data: Dataset) -> list[Breach]:
     if not decides(then, now):
         return []
     apart = between(ways, turned)  # 0 where slip may be all of it
-
-    def fix(read: AsRead) -> str:
-        return counted_otherwise(read, -1.0, apart)
-
-    def undone(log: Trajectory) -> Trajectory:
-        return with_angles(log, apart - headings([log])[0][:, None])
-
-    shown = f"with its sign reversed it turns with it ({then:.2f} of 1, as it stands {now:.2f})"
-    return [Breach(Misread("a heading that turns against the path", fix, undone), shown)]
+    mirrored = Misread(
+        "a heading that turns against the path",
+        lambda read: counted_otherwise(read, -1.0, apart),
+        lambda log: with_angles(log, apart - headings([log])[0][:, None]),
+    )
+    return [Breach(mirrored, f"with its sign reversed it turns with it ({then:.2f} of 1, as it stands {now:.2f})")]

@@ -11,13 +11,10 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import dataclass, replace
 
-import numpy as np
 import torch
-from numpy.typing import NDArray
 from torch import Tensor
 
 from sym2real.diagnosis.estimate.calibrate import Calibration
-from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.whitening import Spread, Whitening
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.search.select import Selection
@@ -92,11 +89,13 @@ def find_constants(
     of_base = torch.zeros(len(constants.names)) if own_constants is None else own_constants.sizes
     waiting = {place for place, name in enumerate(constants.names) if name not in exclude}
     least = (SETTINGS.gain_few if selection.chosen else SETTINGS.gain) * selection.present.loss
+    # Every log has a trim of its own, where there are logs enough.
+    clusters = problems.blocks if problems.log_count < SETTINGS.fewest_logs else problems.logs
     chance, leftovers = SETTINGS.false_alarms / len(constants.names), list[Leftover]()
     while True:
         robots = (of_base.abs() <= SETTINGS.mostly * constants.sizes.abs()).tolist()
         falls = {place: constants.alone(place).fall(problems.folds) for place in waiting if robots[place]}
-        counts = [p for p in falls if falls[p] > least and constants.alone(p).chance(_clusters(problems)) < chance]
+        counts = [p for p in falls if falls[p] > least and constants.alone(p).chance(clusters) < chance]
         if not counts:
             return tuple(leftovers)
         place = max(counts, key=falls.__getitem__)
@@ -107,11 +106,6 @@ def find_constants(
         leftovers.append(Leftover(CONSTANT, name, min(1.0, share), term, size, unit, motion))
         waiting.discard(place)
         constants = constants.beside(place)
-
-
-def _clusters(problems: Problems) -> NDArray[np.int64]:
-    """Logs, each with a trim of its own; blocks of 1.5 s where there are few."""
-    return problems.blocks if problems.log_count < SETTINGS.fewest_logs else problems.logs
 
 
 def _offsets(problem: Problem) -> list[tuple[str, str, Tensor]]:

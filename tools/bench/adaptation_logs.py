@@ -25,7 +25,6 @@ from sym2real.experiments.learners import make_learner
 from sym2real.experiments.models import base_folder, cached_base
 from sym2real.experiments.study.contestants import CONTESTANTS, Contestant, informing
 from sym2real.logs import read_logs
-from sym2real.neural.composed import in_double
 from sym2real.neural.model_folder import Model
 from sym2real.robots import MUSHR
 from sym2real.symbolic import Equations
@@ -111,7 +110,7 @@ def models(contestant: Contestant, base: Equations, data: Dataset, seeds: Sequen
 
 def error_of(model: Model, log: Dataset) -> float:
     """Of the position so far ahead, m."""
-    compared = compare(in_double(model), log, horizons=(HORIZON,))
+    compared = compare(model, log, horizons=(HORIZON,))
     return compared.horizons[0].errors["position"].value
 
 

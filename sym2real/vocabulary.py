@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import pi
+
 from sym2real.field import Field, Group
 
 # Front right, rear right, rear left, front left.
@@ -35,6 +37,8 @@ VOCABULARY: tuple[tuple[Group, Field], ...] = (
     *(("action", field) for field in (STEERING, SPEED)),
     *(("inputs", field) for field in (FORCE, TORQUE, BATTERY, CLOCK)),
 )
+# Beyond these sizes, a turn and a reach of robots on tables and wheels, a coordinate of a joint is in another unit.
+LARGEST_PLACE = {"rad": 2.0 * pi, "m": 5.0}
 # Quantities of equations that effects change: gravity in m/s², world axes.
 GRAVITY_COMPONENTS = ("gravity_x", "gravity_y", "gravity_z")
 # What rotors that are told themselves give together, beside their thrust: N m, body axes.

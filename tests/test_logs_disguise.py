@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -302,7 +303,8 @@ def test_without_stamps_the_rate_is_unknown(tmp_path: Path) -> None:
     found = inspect_logs(tmp_path / "log.csv")
     assert found.spec.time.column == ""
     assert next(row for row in found.rows if row.meaning == "time").confidence == "unknown"
-    assert LogSpec.parse(found.toml()) == found.spec
+    filled = LogSpec.parse(found.toml().replace("rate = 0.0", "rate = 100"))
+    assert filled == replace(found.spec, time=replace(found.spec.time, rate=100.0))
 
 
 def test_remarks_on_columns(tmp_path: Path) -> None:

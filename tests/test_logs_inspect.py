@@ -18,7 +18,10 @@ import torch
 from numpy.typing import NDArray
 
 from sym2real import rotation
+from sym2real.errors import DataError
 from sym2real.logs import LogSpec, inspect_logs, read_log
+from sym2real.logs.parts import TimeBase
+from sym2real.logs.units import UNITS
 
 Array = NDArray[np.float64]
 GRAVITY = 9.80665
@@ -273,3 +276,23 @@ def test_proposals_read_back_as_toml(
     found = inspect_logs(save(tmp_path, make(flight)))
     assert LogSpec.parse(found.toml()) == found.spec
     assert {row.column for row in found.rows} >= {name.lstrip("%") for name in make(flight)}
+
+
+def test_without_stamps_no_log_is_read_until_the_rows_a_second_are_filled_in(tmp_path: Path) -> None:
+    """Any number would pass for a rate, and every slope and delay of the answer would be off by it."""
+    file = save(tmp_path, {"x": np.arange(50.0), "y": np.zeros(50)})
+    found = inspect_logs(file)
+    wanted = "time.rate .*to be a number > 0, the rows a second, which a log without stamps does not say"
+    with pytest.raises(DataError, match=wanted):
+        LogSpec.parse(found.toml())
+    with pytest.raises(DataError, match=wanted):
+        read_log(file, found.spec)
+    filled = LogSpec.parse(found.toml().replace("rate = 0.0", "rate = 50"))
+    assert read_log(file, filled).time[1] == pytest.approx(0.02)
+
+
+@pytest.mark.parametrize(("name", "unit"), [("ms", "ms"), ("Micros", "us"), ("millis", "ms"), ("nsec", "ns")])
+def test_a_column_called_by_a_unit_of_time_holds_stamps(name: str, unit: str, tmp_path: Path) -> None:
+    step = 0.02 / UNITS[unit][1]
+    file = save(tmp_path, {name: step * np.arange(50), "x": np.arange(50.0)})
+    assert inspect_logs(file).spec.time == TimeBase(name, unit, dt=0.02)

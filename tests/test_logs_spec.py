@@ -68,7 +68,7 @@ BAD = {
     "[time]\ncolunm = 't'": "did you mean 'column'",
     "[time]\nunit = 'min'": "time.unit to be one of s, ms, us, ns",
     "[time]\ncolumn = 't'\nrate = 50": "either a column or a rate, found both",
-    "[time]\nrate = 0": "time.rate to be a number > 0, found 0",
+    "[time]\nrate = 0": "time.rate to be a number > 0, the rows a second, which a log without stamps does not say",
     "[time]\ndt = 'fast'": "time.dt to be a number > 0, found 'fast'",
     "[columns]\n'the x' = 'a'": "names of letters, digits and _, found 'the x'",
     "[columns]\nx = 3": "column 'x': expected x = \"column\"",

@@ -52,8 +52,8 @@ def equations_below(name: str, console: Console) -> tuple[Equations, tuple[str, 
     return equations, (note,)
 
 
-def columns_of(model: str) -> tuple[Layouts, dict[str, str]]:
-    """Columns that logs of a model hold, a folder or a robot's name, and the joint that an action moves where known.
+def columns_of(model: str) -> tuple[Layouts, dict[str, str], dict[str, tuple[float, float]]]:
+    """Columns that logs of a model hold, a folder or a robot's name; where known joints that actions move, and ranges.
 
     Raises:
         UnknownNameError: when it is neither.
@@ -64,7 +64,8 @@ def columns_of(model: str) -> tuple[Layouts, dict[str, str]]:
     layouts = ROBOTS[model].layouts if base is None else replace(base.layouts, state=state_of(base))
     joints = {rate: joint for joint, rate in layouts.state.rates.items()}
     moving = () if robot is None else robot.recipe.dependencies
-    return layouts, {action: joints[rate] for rate, action in moving if rate in joints}
+    moved = {action: joints[rate] for rate, action in moving if rate in joints}
+    return layouts, moved, {} if robot is None else robot.ranges
 
 
 def folder_of(name: str) -> Path:

@@ -2,34 +2,43 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from itertools import product
-from math import log, pi
+from math import log
 
 import numpy as np
 
 from sym2real.layout import Layouts
 from sym2real.logs.draft import Confidence, Draft
 from sym2real.logs.joint_names import Matching
+from sym2real.logs.joint_ranges import Ends, leave_counts_open, named_outside, possible
 from sym2real.logs.name_words import words_and_unit
 from sym2real.logs.of_model import own_units
 from sym2real.logs.reading import CLEAR, WEAK, Said, by_size
 from sym2real.logs.units import UNITS
+from sym2real.vocabulary import LARGEST_PLACE
 
 # Units that a log may have in the place of the model's, the model's first.
 OTHER_UNITS = {
     "rad": ("rad", "deg"), "m": ("m", "mm", "cm"), "rad/s": ("rad/s", "deg/s", "rpm"), "m/s": ("m/s", "mm/s", "cm/s"),
 }  # fmt: skip
-# Beyond these sizes, a turn and a reach of robots on tables and wheels, a coordinate is in another unit.
-LARGEST = {"rad": 2 * pi, "m": 5.0}
 MOVING = 1e-3  # standard deviation of a slope, from which on it says something
 SAME = log(1.5)  # units whose factors are closer to each other are not told apart by a ratio
 
 
-def inspect_joints(draft: Draft, matching: Matching, layouts: Layouts) -> None:
-    """Units of what was matched, and what could not be: rates from coordinates, the rest as lines to fill in."""
+def inspect_joints(draft: Draft, matching: Matching, layouts: Layouts, ranges: Mapping[str, Ends]) -> None:
+    """Units of what was matched, and what could not be: rates from coordinates, the rest as lines to fill in.
+
+    Args:
+        draft: of the logs.
+        matching: of their names.
+        layouts: of the model.
+        ranges: where joints, and what they are told, end in the model, rad or m.
+    """
     wanted, rates = own_units(layouts), layouts.state.rates
     left = dict(matching.open)
     units: dict[str, Said] = {}
+    fitting = {column: _units(draft, column, wanted[column], ranges.get(column)) for column in matching.found}
     for joint, rate in rates.items():
         if joint not in matching.found or rate not in matching.found:
             continue
@@ -40,27 +49,47 @@ def inspect_joints(draft: Draft, matching: Matching, layouts: Layouts) -> None:
                 source = draft.assignment.columns.pop(rate)
                 left[rate] = f"{source!r} does not move like the slope of {joint}, correlation {found:+.2f}"
                 continue
+            if not fitting[joint]:
+                leave_counts_open(draft, joint, wanted[joint], ranges[joint], rate)
+                continue
             share = draft.rows.ratio(draft.values(rate), slopes)
-            units |= _pair(draft, (joint, rate), (wanted[joint], wanted[rate]), share)
+            units |= _pair(draft, (joint, rate), (wanted[joint], wanted[rate]), (fitting[joint], fitting[rate]), share)
             if found < -CLEAR:
                 draft.suspect(matching.found[rate].source, f"correlation {found:+.2f} with the slope of {joint}")
     for column, match in matching.found.items():
-        if column in left:
+        if column in left or column in draft.left_out:
             continue
-        unit, evidence, confidence = units.get(column) or _alone(draft, column, wanted[column])
+        if not fitting[column]:
+            leave_counts_open(draft, column, wanted[column], ranges[column])
+            continue
+        unit, evidence, confidence = units.get(column) or _alone(draft, column, wanted[column], fitting[column])
+        if column in ranges:
+            unit, evidence, confidence = named_outside(draft, column, (unit, evidence, confidence), ranges[column])
         draft.units[column] = "" if unit == wanted[column] else unit
         draft.add(match.source, column, unit, f"{match.evidence}; {evidence}", confidence if match.sure else "guess")
     _what_is_left(draft, left, wanted, {rate: joint for joint, rate in rates.items()})
 
 
-def _pair(draft: Draft, columns: tuple[str, str], wanted: tuple[str, str], share: float) -> dict[str, Said]:
+def _units(draft: Draft, column: str, wanted: str, ends: Ends | None) -> tuple[str, ...]:
+    """Units that a column may be in: the one that its name states, or those that keep it within its range."""
+    named = _named(draft.column(column), wanted)
+    return (named,) if named else possible(draft, column, OTHER_UNITS.get(wanted, (wanted,)), ends)
+
+
+def _pair(
+    draft: Draft,
+    columns: tuple[str, str],
+    wanted: tuple[str, str],
+    units: tuple[Sequence[str], Sequence[str]],
+    share: float,
+) -> dict[str, Said]:
     """Units of a coordinate and its rate that fit each other; of those that fit alike the likelier coordinate's."""
     named = [_named(draft.column(column), unit) for column, unit in zip(columns, wanted, strict=True)]
-    options = product(*((name,) if name else OTHER_UNITS[unit] for name, unit in zip(named, wanted, strict=True)))
+    options = product(*units)
     misfit = {(p, r): abs(log(share * UNITS[r][1] / UNITS[p][1])) for p, r in options}
     alike = [pair for pair, off in misfit.items() if off < min(misfit.values()) + SAME]
     size = float(np.abs(draft.values(columns[0])).max())
-    large = size > LARGEST[wanted[0]]
+    large = size > LARGEST_PLACE[wanted[0]]
     chosen = next((pair for pair in alike if (pair[0] != wanted[0]) == large), alike[0])
     said = f"the rate moves {share:.3g} times as much as the slope of the coordinate, up to {size:.3g}"
     decided: Confidence = "certain" if len({pair[0] for pair in alike}) == 1 or large else "likely"
@@ -76,12 +105,14 @@ def _named(source: str, wanted: str) -> str:
     return next((name for name in (unit, f"{unit}/s") if UNITS.get(name, ("",))[0] == wanted), "")
 
 
-def _alone(draft: Draft, column: str, wanted: str) -> Said:
+def _alone(draft: Draft, column: str, wanted: str, fitting: Sequence[str]) -> Said:
     if named := _named(draft.column(column), wanted):
         return named, "the name says its unit", "certain"
     size = float(np.abs(draft.values(column)).max())
-    if wanted in LARGEST and size > LARGEST[wanted]:
-        return by_size(OTHER_UNITS[wanted], size, LARGEST[wanted])
+    if wanted not in fitting:
+        return fitting[0], f"up to {size:.4g}: in {wanted} it would leave the joint's range", "likely"
+    if wanted in LARGEST_PLACE and size > LARGEST_PLACE[wanted]:
+        return by_size(OTHER_UNITS[wanted], size, LARGEST_PLACE[wanted])
     return wanted, f"up to {size:.4g}; in the model's unit, which the log cannot tell", "likely"
 
 

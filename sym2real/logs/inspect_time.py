@@ -103,8 +103,8 @@ def _jitter(draft: Draft, times: list[Array], period: float) -> None:
 
 
 def _without_stamps(draft: Draft) -> list[Array]:
-    """Provisional stamps of 100 rows a second; the rate follows from velocities where there are any."""
-    draft.time = TimeBase("", "s", rate=100.0)
-    draft.add("", "time", "?", "no column of stamps: the rate of 100 rows a second is only a placeholder", "unknown")
+    """Stamps of 100 rows a second for the evidence; the specification is not read until somebody says the true rate."""
+    draft.time = TimeBase("", "s", rate=0.0)
+    draft.add("", "time", "?", "no column of stamps: time.rate is yours to say; 100 rows a second here", "unknown")
     draft.comment("time", "The log has no stamps: put the true number of rows a second here.")
     return [np.arange(len(table)) / 100.0 for table in draft.tables]

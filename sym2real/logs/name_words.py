@@ -14,10 +14,11 @@ BATTERY = frozenset({"vbat", "vbatt", "battery", "batt", "bat", "voltage"})
 UNIT_WORDS = {
     "deg": "deg", "degree": "deg", "degrees": "deg", "degs": "deg/s", "dps": "deg/s", "rad": "rad", "radians": "rad",
     "rads": "rad/s", "radps": "rad/s", "mrad": "mrad", "mm": "mm", "cm": "cm", "ms": "ms", "msec": "ms", "us": "us",
-    "usec": "us", "ns": "ns", "nsec": "ns", "nsecs": "ns", "nanoseconds": "ns", "sec": "s", "secs": "s", "seconds": "s",
-    "mps": "m/s", "kmh": "km/h", "kph": "km/h", "mv": "mV", "volt": "V", "volts": "V", "newton": "N", "meters": "m",
-    "metres": "m",
+    "millis": "ms", "micros": "us", "usec": "us", "ns": "ns", "nsec": "ns", "nsecs": "ns", "nanoseconds": "ns",
+    "sec": "s", "secs": "s", "seconds": "s", "mps": "m/s", "kmh": "km/h", "kph": "km/h",
+    "mv": "mV", "volt": "V", "volts": "V", "newton": "N", "meters": "m", "metres": "m",
 }  # fmt: skip
+OF_TIME_ALONE = [[word] for word, unit in UNIT_WORDS.items() if UNITS[unit][0] == "s"]
 WRITTEN_UNITS = {"°": "deg", "°/s": "deg/s", "µs": "us", "μs": "us", "m/s2": "m/s^2", "m/s²": "m/s^2", "Nm": "N m"}
 
 # Units that a name ends with in several words.
@@ -56,6 +57,8 @@ def words_and_unit(name: str) -> tuple[list[str], str]:
     words: list[str] = []
     for word in (part for part in re.split(r"[^a-z0-9]+", text.lower()) if part):
         words += _split(word)
+    if words in OF_TIME_ALONE:  # Arduino's millis(), a column `ms`
+        return ["time"], UNIT_WORDS[words[0]]
     if not unit:
         words, unit = _unit_behind([word for word in words if word != "per"])
     if "rpm" in words:

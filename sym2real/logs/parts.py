@@ -15,6 +15,7 @@ VelocityFrame = Literal["world", "body"]
 
 # Attitudes that a specification can hold, and what stands before and after their standard columns.
 ATTITUDES = {"attitude": ("", ""), "attitude_command": ("", "_cmd"), "reference_attitude": ("ref_", "")}
+ROWS_A_SECOND = "a number > 0, the rows a second, which a log without stamps does not say"
 STANDARD_COLUMNS = (*UNIT_OF_COLUMN, *(f"ref_{column}" for column in UNIT_OF_COLUMN))
 
 
@@ -42,7 +43,7 @@ class TimeBase:
     Args:
         column: name of the column of stamps; empty where the log has none.
         unit: its unit, "s", "ms", "us" or "ns".
-        rate: rows per second where there is no column.
+        rate: rows per second where there is no column; 0 until somebody says how many, with which no log is read.
         dt: step in s of the log where the reader is given none, unless it is slower; None leaves rows as they are.
     """
 

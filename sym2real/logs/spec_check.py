@@ -10,7 +10,7 @@ from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from sym2real.errors import DataError, UnknownNameError, reason
 from sym2real.field import is_name
-from sym2real.logs.parts import ATTITUDES, Attitude, Source, TimeBase
+from sym2real.logs.parts import ATTITUDES, ROWS_A_SECOND, Attitude, Source, TimeBase
 from sym2real.logs.units import UNITS, factor
 from sym2real.toml_tables import ROWS, TABLE, TEXT, Rule, checked, number, one_of, texts
 
@@ -33,7 +33,7 @@ def _rule(hint: Any) -> Rule:
     return {str: TEXT, int: ROWS, float: number(), float | None: number()}.get(hint, TABLE)
 
 
-OF_TIME = rules_of(TimeBase, unit=UNIT_OF["s"])
+OF_TIME = rules_of(TimeBase, unit=UNIT_OF["s"], rate=number(ROWS_A_SECOND))
 SCALE, ZERO = number("a number > 0 (flip reverses a sign)"), number("a number", -inf)
 OF_SOURCE = rules_of(Source, scale=SCALE, zero=ZERO)
 OF_ATTITUDE = rules_of(Attitude, unit=UNIT_OF["rad"])

@@ -11,7 +11,7 @@ import numpy as np
 
 from sym2real.errors import DataError
 from sym2real.logs import derive
-from sym2real.logs.parts import ATTITUDES, STANDARD_COLUMNS, Attitude, Source, TimeBase
+from sym2real.logs.parts import ATTITUDES, ROWS_A_SECOND, STANDARD_COLUMNS, Attitude, Source, TimeBase
 from sym2real.logs.specification import LogSpec, load_spec
 from sym2real.logs.table import Table
 from sym2real.logs.units import UNITS, factor
@@ -137,6 +137,8 @@ def stamps(table: Table, spec: LogSpec) -> Array:
         DataError: when there are none, or they do not increase strictly.
     """
     if spec.time.rate is not None:
+        if not spec.time.rate:
+            raise DataError(table.path, f"time.rate of specification {spec.name!r} to be {ROWS_A_SECOND}", "0")
         return table.lines / spec.time.rate
     raw = table.column(spec.time.column, "of time stamps")
     if len(bad := np.flatnonzero(np.diff(raw) <= 0)):

@@ -211,6 +211,16 @@ def ranges_of(model: mujoco.MjModel, actuators: Sequence[int]) -> tuple[Array, A
     return ranges[:, 0], ranges[:, 1]
 
 
+def stops_of(model: mujoco.MjModel) -> dict[str, tuple[float, float]]:
+    """Least and largest place of the hinges and slides that have a range, rad or m."""
+    limited = [joint for joint in range(model.njnt) if model.jnt_limited[joint]]
+    return {
+        model.joint(joint).name: (float(low), float(high))
+        for joint in limited
+        for low, high in [model.jnt_range[joint]]
+    }
+
+
 def opened(mjcf: str) -> tuple[mujoco.MjModel, Any]:
     """The compiled model of a file or a text, and data at its first keyframe, or where it starts without one.
 

@@ -17,6 +17,7 @@ from sym2real.robots.description import Description
 from sym2real.robots.recipe import Recipe
 from sym2real.symbolic.period import at_period
 from sym2real.trajectory import Array
+from sym2real.vocabulary import LARGEST_PLACE
 
 if TYPE_CHECKING:
     from sym2real.symbolic import Equations
@@ -162,6 +163,16 @@ class Robot:
     def start(self) -> Array:
         """State after a reset without one ``# (state,)``."""
         return self.description.start
+
+    @property
+    def ranges(self) -> dict[str, tuple[float, float]]:
+        """Least and largest place, rad or m, of the joints that have stops, and of the commands that are places."""
+        from sym2real.robots.mjcf_columns import stops_of  # noqa: PLC0415 — it needs MuJoCo
+
+        stops = stops_of(self.description.spec().compile())
+        ends = zip(self.layouts.action, self.low.tolist(), self.high.tolist(), strict=True)
+        told = {name: (low, high) for name, low, high in ends if self.layouts.action.units[name] in LARGEST_PLACE}
+        return {name: ends for name, ends in stops.items() if name in self.layouts.state} | told
 
     @property
     def mass(self) -> float:

@@ -37,6 +37,8 @@ from sym2real.logs.differences import rates_on_time
 from sym2real.logs.dropouts import is_unasked
 from sym2real.logs.sources import AsRead
 from sym2real.plants import MujocoPlant
+from sym2real.robots.own import robot_of
+from sym2real.robots.reach import require_reach
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Trajectory
 
@@ -66,6 +68,9 @@ def check(model: Equations | None, data: Dataset) -> Checked:
 
     What the model itself says of its sensors is no fault: the data are judged as its sensors' input. Without a model
     nobody knows what commands do.
+
+    Raises:
+        DataError: for a joint that still lies far outside its range.
     """
     return _checked(model, tuple(data))
 
@@ -89,6 +94,7 @@ def _checked(model: Equations | None, logs: tuple[Trajectory, ...]) -> Checked:
     for settle in steps:
         faults, data = settle(data)
         found += faults
+    require_reach(None if model is None else robot_of(model), data)
     data = rates_on_time(data if sensors is None else through(sensors.measured, data))
     data = with_one_clock(data if model is None else with_lost_commands(model, data))
     notes = (

@@ -1,0 +1,39 @@
+"""Whether logs lie where a robot's joints can be."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sym2real.dataset import Dataset
+from sym2real.errors import DataError
+from sym2real.robots.robot import Robot
+from sym2real.vocabulary import LARGEST_PLACE
+
+ENDS = (0.05, 0.95)  # quantiles of a log: single rows may be wrong
+
+
+def require_reach(robot: Robot | None, logs: Dataset) -> None:
+    """Refuse logs in which a joint with stops lies far beyond them, and beyond a turn or some metres.
+
+    The stops of many files are rough, so their range counts three times as wide.
+
+    Args:
+        robot: of the logs; None where nobody knows.
+        logs: in SI units.
+
+    Raises:
+        DataError: naming the log and the joint.
+    """
+    ranges = robot.ranges if robot is not None and logs.layouts.state.joints else {}
+    for log in logs:
+        for column in (name for name in log.layouts.state.joints if name in ranges):
+            (low, high), unit = ranges[column], log.layouts.state.units[column]
+            least, most = np.quantile(log.column(column), ENDS).tolist()
+            far = max(-least, most) > LARGEST_PLACE[unit]
+            if far and (least < 2 * low - high or most > 2 * high - low):
+                found = (
+                    f"{least:.3g} to {most:.3g} (`sym2real inspect` with --model says which unit or counts would fit)"
+                )
+                raise DataError(
+                    log.name, f"a joint in its range of {low:.3g} to {high:.3g} {unit}", found, column=column
+                )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
@@ -82,7 +83,7 @@ class Dataset:
     """Trajectories with the same columns.
 
     Raises:
-        ShapeError: when the trajectories' layouts differ, or their time steps by more than :data:`SAME_STEP`.
+        ShapeError: for what is no trajectory; when their layouts differ, or their steps by more than :data:`SAME_STEP`.
 
     Examples:
         >>> log = Trajectory.from_arrays(np.zeros((5, 7)), np.zeros((5, 2)), car(wheelbase=0.3).layouts, dt=0.05)
@@ -93,7 +94,7 @@ class Dataset:
     trajectories: tuple[Trajectory, ...]
 
     def __init__(self, trajectories: Iterable[Trajectory]) -> None:
-        object.__setattr__(self, "trajectories", tuple(trajectories))
+        object.__setattr__(self, "trajectories", logs_in(trajectories))
         for other in self.trajectories[1:]:
             if other.layouts != self.layouts:
                 raise ShapeError(
@@ -163,3 +164,22 @@ def _called(log: Trajectory, number: int) -> str:
 
 # What is judged: logs in a data set or a list, or one.
 Logs: TypeAlias = "Dataset | Sequence[Trajectory] | Trajectory"
+
+
+def logs_in(data: Iterable[Trajectory] | Trajectory) -> tuple[Trajectory, ...]:
+    """Each of the logs.
+
+    Raises:
+        ShapeError: for anything else, such as a path, an array or a data frame, with what makes a log of it.
+    """
+    given = (data,) if isinstance(data, Trajectory) or not isinstance(data, Iterable) else tuple(data)
+    wrong = [type(log).__name__ for log in given if not isinstance(log, Trajectory)]
+    if not wrong:
+        return given
+    inside = f" of {wrong[0]}" if isinstance(data, list | tuple) else ""
+    found = repr(data) if isinstance(data, str | Path) else f"{type(data).__name__}{inside}"
+    raise ShapeError(
+        f"expected logs (a Trajectory, a list of them or a Dataset), found {found:.80}; read_log(path, spec, "
+        "model.layouts, model.dt) makes one of a file, Trajectory.from_pandas of a data frame, "
+        "Trajectory.from_arrays(state, action, model.layouts, dt=…) of arrays"
+    )

@@ -241,3 +241,23 @@ def test_what_was_not_scored_has_no_picture() -> None:
 
     with pytest.raises(ModelError, match="nothing was scored"):
         Diagnosis("CANNOT_TELL", "Nothing.").plot()
+
+
+NO_LOGS = ["flight.csv", Path("flight.csv"), np.zeros((50, 13)), pd.DataFrame({"x": [0.0]}), ["a.csv", "b.csv"], 3]
+
+
+@pytest.mark.parametrize("given", NO_LOGS, ids=lambda given: type(given).__name__)
+def test_what_is_no_log_is_refused_with_what_makes_one(given: Any, equations: Equations) -> None:
+    for ask in (compare, diagnose, plan, Equations.score, Equations.simulate):
+        with pytest.raises(ShapeError, match=r"expected logs \(a Trajectory.*, found .*read_log.*from_pandas"):
+            ask(equations, given)
+    with pytest.raises(ShapeError, match="no log"):
+        compare(equations, [])
+
+
+def test_the_path_of_a_model_is_no_model_and_of_a_log_no_state(equations: Equations, flight: Trajectory) -> None:
+    for ask in (compare, diagnose, plan):
+        with pytest.raises(ModelError, match=r"expected a model, found 'm_crane'; load_model\(folder\)"):
+            ask("m_crane", flight)  # type: ignore[operator]
+    with pytest.raises(ShapeError, match=r"expected arrays of states and actions .* found 'flight.csv'"):
+        equations.predict("flight.csv", flight.action)  # type: ignore[type-var]

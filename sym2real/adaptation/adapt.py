@@ -22,7 +22,7 @@ from sym2real.adaptation.rounds import Rounds, rounds_in
 from sym2real.adaptation.target import Flights, MakeController, Recordings, Target, reference_errors
 from sym2real.adaptation.training import Inform, Training, digest_of
 from sym2real.control import mppi_controller
-from sym2real.dataset import Dataset
+from sym2real.dataset import Dataset, logs_in
 from sym2real.errors import ModelError
 from sym2real.logs.equal_steps import equal_steps
 from sym2real.neural.model_folder import Model
@@ -208,8 +208,8 @@ def source_of(
 
 
 def _at_equal_steps(recording: Dataset | Trajectory, robot: Robot | None) -> Dataset:
-    logs, dt = [recording] if isinstance(recording, Trajectory) else recording, robot.dt if robot else None
-    return Dataset(piece for log in logs for piece in equal_steps(log, dt))
+    dt = robot.dt if robot else None
+    return Dataset(piece for log in logs_in(recording) for piece in equal_steps(log, dt))
 
 
 @dataclass(frozen=True)

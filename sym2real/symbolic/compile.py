@@ -178,9 +178,15 @@ def _require_fit(
 
 
 def equations_of(model: object) -> Equations | None:
-    """The equations that a model is, or was made of, with the values that it has now; None for other models."""
+    """The equations that a model is, or was made of, with the values that it has now; None for other models.
+
+    Raises:
+        ModelError: for what is no model, such as the path of one.
+    """
     equations = model if isinstance(model, Equations) else getattr(model, "equations", None)
     if not isinstance(equations, Equations):
+        if not callable(model):
+            raise ModelError(f"expected a model, found {model!r:.80}; load_model(folder) opens one that is kept")
         return None
     compiled = isinstance(model, torch.jit.ScriptModule) and bool(equations.parameters)
     return read_back(model, equations) if compiled else equations  # type: ignore[arg-type]

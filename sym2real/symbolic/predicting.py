@@ -4,13 +4,30 @@ from __future__ import annotations
 
 from typing import TypeVar
 
+import numpy as np
+import torch
+from numpy.typing import ArrayLike
 from torch import Tensor
 
 from sym2real.dataset import Logs
+from sym2real.errors import ShapeError
 from sym2real.trajectory import Array, Trajectory
 from sym2real.upward import upward
 
 Values = TypeVar("Values", Array, Tensor)
+
+
+def tensor_of(values: ArrayLike) -> Tensor:
+    """Numbers as a tensor of float64.
+
+    Raises:
+        ShapeError: for what holds none, such as the path of a log.
+    """
+    try:
+        return torch.as_tensor(np.asarray(values, dtype=np.float64))
+    except (TypeError, ValueError):
+        expected = "expected arrays of states and actions (simulate and score take whole logs)"
+        raise ShapeError(f"{expected}, found {values!r:.80}") from None
 
 
 class Predicting:

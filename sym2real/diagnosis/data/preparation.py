@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from sym2real.dataset import Dataset, Logs
+from sym2real.dataset import Dataset, Logs, logs_in
 from sym2real.diagnosis.data.start import ROWS
 from sym2real.errors import ShapeError
 from sym2real.logs.dropouts import LEFT_OUT
@@ -32,9 +32,11 @@ def long_enough(data: Logs, model: Equations | DynamicsModel | None = None) -> D
             them at their stamps.
 
     Raises:
-        ShapeError: naming the logs, when none is long enough; naming log, row and column, for what is no finite number.
+        ShapeError: naming the logs, when none is long enough; naming log, row and column, for what is no finite number;
+            for what is no log.
+        ModelError: for what is no model.
     """
-    logs = [data] if isinstance(data, Trajectory) else list(data)
+    logs = list(logs_in(data))
     for log in logs:
         require_finite(log)
     if model is not None:
@@ -42,7 +44,7 @@ def long_enough(data: Logs, model: Equations | DynamicsModel | None = None) -> D
         logs = [piece for log in logs for piece in equal_steps(log, equations.dt if equations else None)]
     kept, short = [log for log in logs if len(log) > ROWS], [log for log in logs if len(log) <= ROWS]
     if not kept:
-        raise ShapeError(f"expected a log of more than {ROWS} rows without a gap, found {rows_of(short)}")
+        raise ShapeError(f"expected a log of more than {ROWS} rows without a gap, found {rows_of(short) or 'no log'}")
     if short:
         note = f"{LEFT_OUT}: {rows_of(short)}, where more than {ROWS} are needed"
         kept[0] = replace(kept[0], notes=(*kept[0].notes, note))

@@ -7,10 +7,9 @@ from functools import lru_cache
 
 import numpy as np
 import torch
-from numpy.typing import ArrayLike
 from torch import Tensor
 
-from sym2real.dataset import Dataset, Logs
+from sym2real.dataset import Dataset, Logs, logs_in
 from sym2real.diagnosis.data.preparation import long_enough
 from sym2real.diagnosis.data.start import start_states
 from sym2real.diagnosis.data.windows import rows_ahead
@@ -18,7 +17,7 @@ from sym2real.diagnosis.errors.skill import prediction_errors
 from sym2real.effects.along_logs import predicted_from, prepared
 from sym2real.effects.sensors import MeasuredModel
 from sym2real.symbolic import Equations
-from sym2real.symbolic.predicting import Values
+from sym2real.symbolic.predicting import Values, tensor_of
 from sym2real.trajectory import Trajectory
 
 _model = lru_cache(maxsize=32)(MeasuredModel)
@@ -29,18 +28,14 @@ def predict(equations: Equations, state: Values, action: Values, inputs: Values 
     if isinstance(state, Tensor):
         none = state.new_zeros((*state.shape[:-1], equations.layouts.inputs.size))
         return _model(equations)(state, action, none if inputs is None else inputs)
-    given = [_tensor(values) for values in (state, action)] + ([] if inputs is None else [_tensor(inputs)])
+    given = [tensor_of(values) for values in (state, action)] + ([] if inputs is None else [tensor_of(inputs)])
     with torch.no_grad():
         return predict(equations, *given).numpy()
 
 
-def _tensor(values: ArrayLike) -> Tensor:
-    return torch.as_tensor(np.asarray(values, dtype=np.float64))
-
-
 def simulate(equations: Equations, log: Trajectory, horizon: float | None = None) -> Trajectory:
     """See :meth:`~sym2real.Equations.simulate`."""
-    model, logs = prepared(equations, Dataset([log]))
+    model, logs = prepared(equations, Dataset(logs_in(log)))
     ready = logs[0]
     steps = len(ready) - 1 if horizon is None else rows_ahead(horizon, ready.dt)
     rows = np.arange(0, len(ready) - 1, steps)

@@ -243,6 +243,19 @@ def test_what_was_not_scored_has_no_picture() -> None:
         Diagnosis("CANNOT_TELL", "Nothing.").plot()
 
 
+def test_a_data_frame_is_read_as_its_file_is(tmp_path: Path) -> None:
+    """Blanks around the names of columns are no part of them, and advice is about a frame."""
+    (tmp_path / "log.csv").write_text("t, x, y\n" + "".join(f"{0.1 * row},{row},{-row}\n" for row in range(20)))
+    frame = pd.read_csv(tmp_path / "log.csv")
+    assert " x" in frame
+    np.testing.assert_array_equal(Trajectory.from_pandas(frame).state, read_log(tmp_path / "log.csv").state)
+    with pytest.raises(DataError, match="inspect_logs proposes one for the same log as a file") as refused:
+        Trajectory.from_pandas(frame.rename(columns={"t": "when"}))
+    assert "'data frame'" not in str(refused.value)
+    with pytest.raises(DataError, match=r"expected a data frame of pandas \(read_log reads files\), found 'log.csv'"):
+        Trajectory.from_pandas("log.csv")  # type: ignore[arg-type]
+
+
 NO_LOGS = ["flight.csv", Path("flight.csv"), np.zeros((50, 13)), pd.DataFrame({"x": [0.0]}), ["a.csv", "b.csv"], 3]
 
 

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sym2real.errors import needing
+from sym2real.errors import DataError, needing
 from sym2real.layout import Layouts
 from sym2real.logs.grouping import layouts_to_json
+from sym2real.logs.missing import FRAME
 from sym2real.logs.reader import log_of_table
 from sym2real.logs.specification import LogSpec
 from sym2real.logs.table import table_of
@@ -19,8 +20,6 @@ from sym2real.trajectory import Trajectory
 if TYPE_CHECKING:
     import pandas
 
-# What errors call a log that is no file.
-FRAME = Path("data frame")
 LAYOUTS = "layouts"  # entry of a frame's ``attrs``
 
 
@@ -31,13 +30,15 @@ def log_of_frame(
     dt: float | None = None,
 ) -> Trajectory:
     """See :meth:`~sym2real.Trajectory.from_pandas`."""
+    if not hasattr(frame, "iloc"):
+        raise DataError(FRAME, "a data frame of pandas (read_log reads files)", f"{frame!r:.80}")
     columns = [frame.iloc[:, place] for place in range(frame.shape[1])]
     cells = [
         column.to_numpy(dtype=np.float64, na_value=np.nan) if column.dtype.kind in "biuf" else [*map(str, column)]
         for column in columns
     ]
     known = {str(key): str(value) for key, value in frame.attrs.items()}
-    table = table_of(FRAME, [str(name) for name in frame.columns], cells, 0, known)
+    table = table_of(FRAME, [str(name).strip() for name in frame.columns], cells, 0, known)
     return log_of_table(table, spec, layouts, dt)
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from sym2real.errors import DataError
 from sym2real.layout import Layouts
 
+FRAME = Path("data frame")  # what errors call a log that is no file
 # A name that is as close as `Motor1` to `motor1`; `x` for `vx` and `wx` for `wx_cmd` are other quantities.
 CLOSE = 0.75
 MOST_NAMED = 12  # columns of the log that the error lists
@@ -61,7 +62,12 @@ def listed(columns: Collection[str]) -> str:
 
 
 def specification(file: str | Path) -> str:
-    """How a file whose columns have names of their own is read."""
+    """How a file, or a data frame, whose columns have names of their own is read."""
+    if file == FRAME:
+        return (
+            "where columns have names of their own, a specification says what they are: inspect_logs proposes one for "
+            "the same log as a file, and spec=… reads the frame by it"
+        )
     spec = f"{Path(file).stem}.toml"
     command = f"sym2real inspect {shlex.quote(str(file))} --out {shlex.quote(spec)}"
     return (

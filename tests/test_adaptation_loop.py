@@ -18,12 +18,12 @@ from forked import in_fork
 
 from sym2real.adaptation import Adaptation, Adapting, Improvement, adapt, improvement, undo
 from sym2real.adaptation.episode_report import episode_cost
-from sym2real.adaptation.predictions import horizon_errors, one_step_error
+from sym2real.adaptation.predictions import horizon_errors, in_shares, one_step_error
 from sym2real.adaptation.progress import silent
 from sym2real.adaptation.round_report import Learned, RoundReport, best_of, settled
 from sym2real.adaptation.rounds import Rounds, report_of
 from sym2real.adaptation.training import Training
-from sym2real.control import geometric_controller
+from sym2real.control import RandomCommands, geometric_controller
 from sym2real.dataset import Dataset, Transitions
 from sym2real.effects import compose, effect
 from sym2real.errors import DataError, ModelError
@@ -31,7 +31,7 @@ from sym2real.experiments.learners import NoResidual
 from sym2real.logs import read_log, read_logs
 from sym2real.neural import Composed, ResidualMLP
 from sym2real.plants import MujocoPlant, run_episode
-from sym2real.robots import CRAZYFLIE, MUSHR
+from sym2real.robots import CRAZYFLIE, MUSHR, Robot
 from sym2real.symbolic import Equations
 from sym2real.tasks import make_task
 from sym2real.trajectory import Trajectory
@@ -408,6 +408,50 @@ def test_the_true_equations_predict_what_is_measured_through_their_sensors() -> 
     assert one_step_error(informed, [log]) < 0.1 * one_step_error(plain, [log])
     assert horizon_errors(informed, [log], 20).mean() < 0.1 * horizon_errors(plain, [log], 20).mean()
     assert episode_cost(log, task, CRAZYFLIE, 400) > episode_cost(log, task, CRAZYFLIE, 200)
+
+
+CRANE = """
+<mujoco model="crane">
+  <option timestep="0.002" integrator="RK4"/>
+  <worldbody>
+    <body name="trolley" pos="0 0 2">
+      <joint name="rail" type="slide" axis="1 0 0" range="-40 40" limited="true" damping="4"/>
+      <inertial pos="0 0 0" mass="3" diaginertia="0.01 0.01 0.01"/>
+      <body name="hook">
+        <joint name="sway" type="hinge" axis="0 1 0" range="-120 120" limited="true" damping="0.01"/>
+        <inertial pos="0 0 -0.8" mass="1" diaginertia="0.01 0.01 0.01"/>
+      </body>
+    </body>
+  </worldbody>
+  <actuator><motor name="drive" joint="rail" ctrlrange="-8 8" ctrllimited="true"/></actuator>
+</mujoco>
+"""
+
+
+def test_a_joint_in_rad_counts_beside_one_in_m() -> None:
+    """A crane whose rail is misread by a noise of centimetres, and whose sway alone has a hidden damping."""
+    crane = Robot.from_mjcf(CRANE, name="crane", dt=0.02)
+    base, key = crane.nominal(), "joint_damping:sway"
+    informed = compose(base, [(effect(key, base), {"value": 0.1})])
+    plant, rng = MujocoPlant(crane, [effect(key, crane).inject(value=0.1)]), np.random.default_rng(0)
+    logs = []
+    for seed in (1, 2):
+        log = run_episode(plant, RandomCommands(crane, 0.6, seed), steps=700)
+        noisy = log.state + rng.normal(size=log.state.shape) * [0.05, 0.0, 0.0, 0.0]
+        logs.append(replace(log, state=noisy))
+    found = adapt(base, logs, None, NoResidual(), Adapting(rounds=1), robot=crane, inform=lambda *_: informed)
+    assert found.reports[1].gain.low > 0.2
+    assert found.best == 1
+    worse = adapt(informed, logs, None, NoResidual(), Adapting(rounds=1), robot=crane, inform=lambda *_: base)
+    assert worse.reports[1].gain.high < 0.0
+    assert worse.best == 0
+
+
+def test_shares_of_errors_know_no_units() -> None:
+    errors, of = np.random.default_rng(0).uniform(0.1, 1.0, size=(2, 50, 2))
+    np.testing.assert_allclose(in_shares(errors * [1.0, 1e3], of * [1.0, 1e3]), in_shares(errors, of))
+    np.testing.assert_allclose(in_shares(errors[:, :1], of[:, :1]) * of[:, 0].mean(), errors[:, 0])
+    assert in_shares(of, of).mean() == pytest.approx(1.0)
 
 
 def test_what_led_astray_twice_does_not_fly_again() -> None:

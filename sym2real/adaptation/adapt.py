@@ -14,8 +14,10 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from sym2real.adaptation.improvement import Improvement, improvement
-from sym2real.adaptation.predictions import STRIDE, horizon_errors, one_step_error
+from sym2real.adaptation.predictions import STRIDE, horizon_errors, in_shares, one_step_error
 from sym2real.adaptation.progress import OnProgress, Progress, silent
 from sym2real.adaptation.round_report import Learned, RoundReport, best_of, settled
 from sym2real.adaptation.rounds import Rounds, rounds_in
@@ -35,7 +37,7 @@ from sym2real.upward import upward
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-HORIZON = 0.8  # s, over which predictions of a robot that MPPI has no settings for are scored
+HORIZON = 0.8  # s, over which predictions are scored where no MPPI flies, as a diagnosis judges them
 
 
 @dataclass(frozen=True)
@@ -243,12 +245,14 @@ class _Loop:
         self, models: Sequence[Model], logs: Sequence[Dataset], reports: Sequence[RoundReport], how: Learned
     ) -> RoundReport:
         number, model, log = len(reports), models[-1], logs[-1]
-        horizon = HORIZON if self.robot is None else self.robot.mppi.horizon
+        horizon = HORIZON if self.robot is None or self.target.recorded else self.robot.mppi.horizon
         steps = round(horizon / log.dt)
         errors, best = horizon_errors(model, log, steps), best_of(reports) if reports else 0
         gain = tracking = Improvement()
         if number and not how.refused:
-            gain = improvement(horizon_errors(models[best], log, steps), errors, round(horizon / STRIDE))
+            earlier = horizon_errors(models[best], log, steps)
+            before, after = in_shares(earlier, earlier), in_shares(errors, earlier)
+            gain = improvement(before, after, round(horizon / STRIDE))
         if number and not how.refused and not self.target.recorded and logs[best].rows == log.rows:
             tracking = improvement(reference_errors(logs[best]), reference_errors(log), steps)
         crashed, error, cost = self.target.judged(log)
@@ -262,7 +266,7 @@ class _Loop:
             cost=cost,
             one_step=one_step_error(model, log),
             horizon=horizon,
-            prediction=float(errors.mean()) if len(errors) else float("nan"),
+            prediction=float(np.linalg.norm(errors, axis=1).mean()) if len(errors) else float("nan"),
             best_before=best,
             gain=gain,
             tracking=tracking,

@@ -16,18 +16,31 @@ STRIDE = 0.1  # s between the starts of predictions
 
 
 def horizon_errors(model: Model, logs: Iterable[Trajectory], steps: int) -> Array:
-    """Distance of predicted from measured positions, or joints, after some steps ``# (windows,)``; none of short logs.
+    """Distance of predicted from measured positions, or joints, after some steps ``# (windows, fields)``.
 
-    In m, of joints in their units.
+    In m, of joints in their units; a field of the state that says where the robot is has a column. None of short logs.
     """
-    errors = [np.empty(0)]
-    for log in (log for log in logs if len(log) > steps):
+    errors = []
+    for log in logs:
         rows = np.arange(0, len(log) - steps, max(1, round(STRIDE / log.dt)))
         state = log.layouts.state
-        position = state.indices(column for field in state.placing for column in field.columns)
-        away = _away(model, log, rows, steps)
-        errors.append(np.linalg.norm(away[:, position], axis=1))
-    return np.concatenate(errors)
+        away = _away(model, log, rows, steps) if len(rows) else np.empty((0, state.size))
+        errors.append([np.linalg.norm(away[:, state.slice(field.name)], axis=1) for field in state.placing])
+    return np.concatenate(errors, axis=1).T
+
+
+def in_shares(errors: Array, of: Array) -> Array:
+    """Errors of several fields as one ``# (windows,)``: the mean of their shares of another model's mean errors.
+
+    A crane's rail in m and its sway in rad count alike, whichever number is larger; one field keeps its proportions.
+
+    Args:
+        errors: of a model ``# (windows, fields)``.
+        of: of the model that it is held against, on the same windows ``# (windows, fields)``.
+    """
+    size = of.mean(axis=0) if len(of) else np.empty(0)
+    shares: Array = (errors[:, size > 0] / size[size > 0]).mean(axis=1) if (size > 0).any() else errors.sum(axis=1)
+    return shares
 
 
 def one_step_error(model: Model, logs: Iterable[Trajectory]) -> float:

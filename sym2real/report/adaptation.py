@@ -30,7 +30,8 @@ def rounds_table(reports: Sequence[RoundReport], on_top: int, settled: bool) -> 
     lines = [
         f"error: mean distance from the reference; {ahead}: error of the position predicted that far ahead, on the "
         "round's own log, which its model has not seen",
-        "% better: than the best model before, with its 95 % interval, row by row and on the same log",
+        "% better: than the best model before, with its 95 % interval, row by row and on the same log; joints in m and "
+        "joints in rad count alike",
         "rows: learned from; cost: mean running cost of the task; λ: weight of the residual's size; s: of the training",
         "kept: what was learned is not used; crash: the episode ended early",
         f"on top, where verbs open it: the model of round {best.number}",

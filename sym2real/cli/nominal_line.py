@@ -9,7 +9,7 @@ from pathlib import Path
 
 from sym2real.logs import Inspection, LogSpec
 from sym2real.logs.units import UNITS
-from sym2real.vocabulary import MOTORS, POSITION, RATE_COMMAND, SPEED_COLUMN, STEER_COLUMN, THRUST_COLUMN
+from sym2real.vocabulary import HEADING, MOTORS, POSITION, RATE_COMMAND, SPEED_COLUMN, STEER_COLUMN, THRUST_COLUMN
 
 OUT = "runs/nominal"
 OF_JOINTS = (
@@ -19,6 +19,7 @@ OF_JOINTS = (
 AXLES = "METRES is the distance between the axles: measure it"
 THRUST_AND_RATES = {THRUST_COLUMN, *RATE_COMMAND.columns}
 DRIVEN = {STEER_COLUMN, SPEED_COLUMN}
+HEADED = {"yaw", HEADING.columns[0], "attitude"}  # any of them says where a car points
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,7 @@ def nominal_line(inspection: Inspection, spec: Path | None) -> NominalLine:
     columns = {*of_log.columns} | ({"attitude"} if of_log.attitude.sources else set())
     if DRIVEN & columns:
         kind, options, remarks = "car", ["--wheelbase", "METRES"], [AXLES]
-        needed = {*POSITION.columns[:2], *DRIVEN}
+        needed = {*POSITION.columns[:2], *DRIVEN} | (set() if HEADED & columns else {"yaw, its heading"})
     else:
         kind, (options, remarks) = "quadrotor", _interface(inspection, columns)
         needed = {*POSITION.columns, "attitude"} | (set() if options else {"thrust, or four motors"})

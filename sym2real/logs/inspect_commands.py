@@ -10,7 +10,7 @@ from sym2real.logs.attitude_reading import up
 from sym2real.logs.draft import Draft
 from sym2real.logs.inspect_motion import FASTEST, RATES
 from sym2real.logs.reading import WEAK, Said, by_name, by_others, by_size, largest
-from sym2real.logs.units import GRAVITY
+from sym2real.logs.units import GRAVITY, UNITS
 from sym2real.trajectory import Array
 from sym2real.vocabulary import MOTORS, RATE, RATE_COMMAND, SPEED_COLUMN, STEER_COLUMN, THRUST_COLUMN
 
@@ -160,6 +160,13 @@ def _steer(draft: Draft) -> None:
     else:
         size = largest(draft, [STEER_COLUMN])
         unit, evidence, confidence = by_name(draft, [STEER_COLUMN]) or by_size(("rad", "deg"), size, STEEPEST)
+        if UNITS[unit][1] * size > STEEPEST:
+            evidence += f": up to {size:.4g}, which no wheel of the road turns; the steering wheel's, before its gear?"
+            draft.comment(
+                STEER_COLUMN, "suspected: a steering wheel's angle; scale = 1 / gear; in place of the line above:"
+            )
+            draft.comment(STEER_COLUMN, f'steer = {{ column = "{column}", unit = "{unit}", scale = 1.0 }}')
+            confidence = "guess"
         draft.settle(STEER_COLUMN, unit, evidence + answer.said, confidence)
     if answer.reversed:
         where = "pulses are longer" if pulses else "it is positive"

@@ -34,6 +34,7 @@ def inspect_positions(draft: Draft) -> None:
     fast = float(np.percentile(np.abs([*pace.values()]), 95))
     told = _by_velocity(draft, pace) or _by_tilt(draft, push)
     unit, evidence, confidence = by_name(draft, axes) or by_size(LENGTHS, fast, FAST, told)
+    evidence += " a second, as it moves" if evidence.startswith("up to") else ""
     for axis in axes:
         draft.settle(axis, unit, evidence, confidence)
     if {"x", "y"} <= set(axes):
@@ -150,7 +151,8 @@ def _decide_velocity_frame(draft: Draft, names: list[str], world: dict[str, Arra
 def inspect_rates(draft: Draft) -> None:
     """Unit and sign of body rates, from the slope of the attitude or of the heading."""
     names = [name for name in RATE.columns if draft.has(name)]
-    what = f"the slope of the attitude{_suspect_angles(draft)}"
+    suspected = _suspect_angles(draft)
+    what = f"the slope of the attitude{suspected}" if draft.turning else ""
     found = gyro_agreement(draft)
     if names:
         heard = {name: draft.turning[name] for name in names if abs(found.get(name, 0.0)) > WEAK}

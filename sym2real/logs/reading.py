@@ -54,10 +54,14 @@ def by_size(units: Sequence[str], size: float, most: float, otherwise: Said | No
 
 
 def settle(draft: Draft, names: Sequence[str], said: Said, found: Mapping[str, float], what: str) -> None:
-    """File standard columns of one unit; those that correlate with what they should be, and how, are ``found``."""
+    """File standard columns of one unit; those that correlate with what they should be, and how, are ``found``.
+
+    ``what`` they should be, in words, is empty where the log does not tell.
+    """
     unit, evidence, confidence = said
+    unsaid = "too little motion for its sign" if what else "nothing in the log tells its sign"
     for name in names:
-        agreement = f"correlation {found[name]:+.3f} with {what}" if name in found else "too little motion for its sign"
+        agreement = f"correlation {found[name]:+.3f} with {what}" if name in found else unsaid
         draft.settle(name, unit, f"{evidence}; {agreement}", confidence)
         if found.get(name, 0.0) < -CLEAR:
             draft.suspect(draft.column(name), agreement)

@@ -123,6 +123,10 @@ def test_inspect_names_a_rate_whose_sign_is_reversed(tmp_path: Path) -> None:
     [
         (["learn", "crazyfly", "--out", "unused"], "did you mean 'crazyflie'"),
         (["run", "no-such-folder", "hover"], "neither a folder nor a robot"),
+        (
+            ["plan", "arm.xml", "log.csv"],
+            "arm.xml is a robot's description: `sym2real nominal mjcf arm.xml --out FOLDER`",
+        ),
         (["compare", "{model}", "missing.csv"], "missing.csv"),
         (["compare", "{model}", "{flight}"], "column"),
         (["run", "{model}", "circle"], "names no registered robot"),

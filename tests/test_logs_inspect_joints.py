@@ -54,6 +54,19 @@ def test_names_that_say_enough_are_matched_and_no_others(names: str, found: str)
     assert set(matching.open) == {column for column, source in zip(OWN, wanted, strict=True) if source == "-"}
 
 
+def test_a_column_goes_by_a_word_of_a_longer_name_where_one_name_alone_has_it() -> None:
+    robot = ROBOTS["cart_pole"]
+    moved = {"drive": "slider"}
+    found = match_own(["Trolley slider [mm]", "Pole Angle [deg]", "Drive Force [N]"], robot.layouts, moved).found
+    assert {column: (match.source, match.sure) for column, match in found.items()} == {
+        "slider": ("Trolley slider [mm]", False), "pole": ("Pole Angle [deg]", True),
+        "drive": ("Drive Force [N]", True),
+    }  # fmt: skip
+    both = match_own(["left slider", "right slider", "pole"], robot.layouts, moved)
+    assert "slider" not in both.found
+    assert "left slider" in both.open["slider"]
+
+
 def test_joints_go_by_their_names_and_servos_by_what_is_wanted() -> None:
     arm = ROBOTS["arm"].layouts
     names = ["waist_pos", "shoulder/velocity", "waist_cmd", "elbow_effort", "elbow"]

@@ -140,6 +140,7 @@ def test_actuators_and_period_are_chosen_on_the_command_line(tmp_path: Path) -> 
         (["none.xml"], "none.xml"),
         (["links.xml", "--actions", "tau9"], "did you mean 'tau"),
         (["links.xml", "--state", "q1", "q3"], "q3"),
+        (["afloat.xml"], "found joints beside the free one"),
         (["links.xml", "--spec", "log.toml"], "found no --log"),
         (["links.xml", "--log", "unstamped.csv"], "a column of stamps, or --dt"),
     ],
@@ -149,10 +150,14 @@ def test_what_cannot_be_is_refused_in_words(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     Path("links.xml").write_text(two_links.MJCF)
+    afloat = '<body name="raft"><freejoint name="raft"/><geom size="0.1"/></body><body name="upper" pos="0 0 1">'
+    Path("afloat.xml").write_text(two_links.MJCF.replace('<body name="upper" pos="0 0 1">', afloat))
     two_links.write(Path("unstamped.csv"), two_links.swings(seconds=0.3)[:, 1:], two_links.COLUMNS[1:])
     with pytest.raises(SystemExit):
         main(["nominal", "mjcf", *arguments, "--out", "out"])
-    assert said in capsys.readouterr().err
+    printed = capsys.readouterr()
+    assert said in printed.err
+    assert printed.out == ""
     assert not Path("out").exists()
 
 

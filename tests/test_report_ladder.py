@@ -21,17 +21,22 @@ from sym2real.report.ladder import ladder_table
 from sym2real.robots import ROBOTS
 
 CHANNELS = {"position": "m", "attitude": "rad", "velocity": "m/s", "rate": "rad/s"}
+JOINTS = {"joint displacement": "m", "joint angle": "rad", "joint speed": "m/s", "joint rate": "rad/s"}
 HORIZONS = (0.1, 0.2, 0.5, 0.8, 1.0, 2.0)
 
 
-def stage(name: str, error: float) -> Stage:
+def stage(name: str, error: float, channels: dict[str, str] = CHANNELS) -> Stage:
     errors = {
-        channel: StageError(error, 0.9 * error, 0.92 * error, 1.08 * error, unit) for channel, unit in CHANNELS.items()
+        channel: StageError(error, 0.9 * error, 0.92 * error, 1.08 * error, unit) for channel, unit in channels.items()
     }
     return Stage(name, dict.fromkeys(HORIZONS, errors))
 
 
-FLOOR = [Floor(horizon, {channel: (1.23e-5, unit) for channel, unit in CHANNELS.items()}) for horizon in HORIZONS]
+def floor(channels: dict[str, str] = CHANNELS) -> list[Floor]:
+    return [Floor(horizon, {channel: (1.23e-5, unit) for channel, unit in channels.items()}) for horizon in HORIZONS]
+
+
+FLOOR = floor()
 
 
 @pytest.mark.parametrize(("apart", "said"), [(True, "kept aside"), (False, "each left out once")])
@@ -46,10 +51,12 @@ def test_a_dash_has_a_reason() -> None:
     assert ladder_table([stage("base", 1.0)], FLOOR, ["trial"]).caption is None
 
 
+@pytest.mark.parametrize("channels", [CHANNELS, JOINTS], ids=["body", "joints"])
 @pytest.mark.parametrize("error", [1.234, 0.01234, 0.0001234])
-def test_four_channels_fit_80_columns(error: float) -> None:
+def test_four_channels_fit_80_columns(error: float, channels: dict[str, str]) -> None:
     console = Console(width=200, file=io.StringIO())
-    table = ladder_table([stage("base", 12.34), stage("+ mounting_tilt", error)], FLOOR, ["trial_2"])
+    stages = [stage("base", 12.34, channels), stage("+ mounting_tilt", error, channels)]
+    table = ladder_table(stages, floor(channels), ["trial_2"])
     assert Measurement.get(console, console.options, table).maximum <= 80
 
 

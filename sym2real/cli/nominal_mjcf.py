@@ -59,8 +59,8 @@ class NominalMjcf(OfLogs):
         from sym2real.robots.own import robot_of
 
         robot = self._robot()
-        console.print(f"a log of it holds the time in s, in steps of about {robot.dt:g} s, and")
         equations = robot.nominal()
+        console.print(f"a log of it holds the time in s, in steps of about {robot.dt:g} s, and")
         result = save_nominal(equations, self.out, console, columns_table(robot))
         if robot_of(equations) is None:
             console.print(

@@ -37,6 +37,10 @@ def open_model(name: str, on_progress: Callable[[Progress], None] = lambda _: No
         model = open_folder(Path(name))
         _require_columns_of_its_robot(below(model), name)
         return model
+    if Path(name).suffix.lower() == ".xml":
+        raise ModelError(
+            f"{name} is a robot's description: `sym2real nominal mjcf {name} --out FOLDER` makes its model"
+        )
     if name not in ROBOTS:
         raise UnknownNameError("model: neither a folder nor a robot", name, ROBOTS)
     return cached_base(ROBOTS[name], on_progress)

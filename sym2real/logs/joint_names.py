@@ -164,7 +164,9 @@ def _match(
             alike = _alike({column, joint}, free(column), log)
             alike = ([name for name in alike if name.wanted] if told else []) or alike
             if len(alike) == 1:
-                result.found[column] = Match(alike[0].text, "by its name")
+                sure = alike[0].joint in {_Name(text).joint for text in (column, joint)}
+                evidence = "by its name" if sure else "by a word of its name"
+                result.found[column] = Match(alike[0].text, evidence, sure)
             elif alike:
                 result.open[column] = f"it may be {' or '.join(repr(name.text) for name in alike)}"
     if joints and not joints.keys() & result.found.keys():
@@ -178,11 +180,15 @@ def _alike(called: Iterable[str], free: Sequence[_Name], log: Sequence[_Name]) -
     # Where numbers count from 0 in the log and not in the model, they are no names.
     from_0 = any(name.number == 0 for name in names if not name.joint)
     counted_from_0 = {name.family for name in log if name.number == 0}
-    return [
+    exact = [
         name
         for name in free
         if (name.joint, name.number) in wanted and (name.joint or from_0 == (name.family in counted_from_0))
     ]
+    if exact:
+        return exact
+    # A column of no number by all its words ("Drive Force" for `drive`, "wheel cmd left" for `left`).
+    return [name for name in free if any(one.number is None and {*one.words} <= {*name.words} for one in names)]
 
 
 def _by_order(result: Matching, columns: Sequence[str], free: Sequence[_Name]) -> None:

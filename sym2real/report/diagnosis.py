@@ -61,7 +61,11 @@ def diagnosis_in_short(diagnosis: Diagnosis) -> RenderableType:
 def untried_lines(diagnosis: Diagnosis) -> list[str]:
     """The effects that were not tested, if there are any; a page and ``diagnosis.json`` have every reason."""
     names = not_tried_names(diagnosis.not_tried)
-    return [f"not tested: {names}; why stands in not_tried, and on the page of --report"] if names else []
+    return (
+        [f"not tested: {names}; why stands in diagnosis.json under not_tried, and on the page of --report"]
+        if names
+        else []
+    )
 
 
 def leftover_lines(leftovers: Sequence[Leftover]) -> list[str]:

@@ -21,7 +21,7 @@ def inspection_table(inspection: Inspection) -> Table:
         inspection.rows, lambda row: (row.unit, row.evidence, row.confidence)
     ):
         columns, meanings = zip(*((row.column, row.meaning) for row in same), strict=True)
-        texts = (", ".join(columns), ", ".join(dict.fromkeys(meanings)), unit, evidence)
+        texts = (", ".join(filter(None, columns)), ", ".join(dict.fromkeys(meanings)), unit, evidence)
         rows.append((*map(escape, texts), f"[{STYLE[confidence]}]{confidence}[/]"))
     title = ", ".join(path.name for path in inspection.paths)
     return table_of(title, headings, rows, left=headings, show_lines=True)

@@ -42,11 +42,12 @@ def ladder_table(
     table = compact_table(title)
     table.padding = (0, 0)  # the box parts columns by one space: four channels and long intervals stay within 80
     table.add_column("model", overflow="fold", min_width=13)
+    tall = 1 + max(len(channel.split()) for channel in channels)  # a word a line: "joint displacement" is wide
     for channel, error in channels.items():
-        table.add_column(f"{channel}\n{error.unit}", justify="right", no_wrap=True)
+        table.add_column(_heading([*channel.split(), error.unit], tall), justify="right", no_wrap=True)
         if channel == main:
-            table.add_column("\n95 %", justify="right", no_wrap=True, style="dim")
-            table.add_column(f"\nto {max(stages[0].horizons):g} s", no_wrap=True)
+            table.add_column(_heading(["95 %"], tall), justify="right", no_wrap=True, style="dim")
+            table.add_column(_heading([f"to {max(stages[0].horizons):g} s"], tall), no_wrap=True)
     top = max(errors[main].value for errors in stages[0].horizons.values())
     for stage in stages:
         here = stage.horizons[horizon]
@@ -66,6 +67,11 @@ def ladder_table(
         over = [lowest[at][main][0] for at in sorted(lowest)]
         table.add_row(LOWEST, first, "", sparkline(over, highest=top), *others, style="dim")
     return table
+
+
+def _heading(lines: Sequence[str], tall: int) -> str:
+    """Lines at the foot of a heading of so many."""
+    return "\n".join([""] * (tall - len(lines)) + [*lines])
 
 
 def _names(held_out: Sequence[str], apart: bool) -> str:

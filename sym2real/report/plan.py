@@ -12,7 +12,7 @@ SOLE = "value"  # name of the one parameter that most effects have, which goes w
 LONGEST = 7  # letters of a number with two digits
 SIZES = (
     "found from: beyond chance in these manoeuvres; matters from: a tenth of the error of predictions goes with it. "
-    "Where it matters before it is found, fly more."
+    "Where it matters before it is found, record more."
 )
 
 

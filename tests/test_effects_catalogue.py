@@ -26,7 +26,7 @@ CAR = {
     *("lever_arm", "tyre_slip", "understeer", "relaxation_length"),
 }
 BOTH = {"wind", "linear_drag", "quadratic_drag", "periodic_force"}
-MOTORS_ONLY = {"torque_scale"}
+MOTORS_ONLY, ATTITUDE_ONLY = {"torque_scale"}, {"attitude_loop"}
 WHEELS_ONLY = {"turning_friction", "wheel_radius", "track_width"}
 JOINTS = {"joint_damping", "joint_friction", "armature", "gravity_tilt", "load"}
 SENSOR = {"sensor_sign", "sensor_bias", "sensor_scale", "sensor_lag", "time_shift"}
@@ -37,7 +37,9 @@ UNITS = {
 
 
 def test_the_registry_has_the_names_of_the_design() -> None:
-    assert set(EFFECTS) == COMMAND | QUADROTOR | MOTORS_ONLY | WHEELS_ONLY | CAR | BOTH | SENSOR | JOINTS
+    assert (
+        set(EFFECTS) == COMMAND | QUADROTOR | MOTORS_ONLY | ATTITUDE_ONLY | WHEELS_ONLY | CAR | BOTH | SENSOR | JOINTS
+    )
     for name, kind in EFFECTS.items():
         assert kind.name == name
 

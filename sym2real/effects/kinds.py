@@ -7,7 +7,10 @@ from sym2real.registry import Registry
 
 COMMANDS = ("gain", "offset", "limit", "rate_limit", "delay", "lag", "dead_band")
 THRUST = ("added_mass", "payload", "thrust_curve", "battery_sag", "com_offset", "rotor_loss", "ground_effect")
-TURNING = ("torque_bias", "torque_scale", "motor_lag", "rate_loop_gain", "rate_damping", "flapping_moment")
+TURNING = (
+    *("torque_bias", "torque_scale", "motor_lag", "rate_loop_gain", "attitude_loop", "rate_damping"),
+    "flapping_moment",
+)
 ROTORS = ("translational_lift", "rotor_reaction")
 TYRES = ("tyre_friction", "tyre_slip", "relaxation_length", "understeer", "lateral_slip")
 DRIVING = ("rolling_resistance", "turning_friction", "wheel_radius", "track_width", "slope", "wheelbase", "yaw_drag")

@@ -119,6 +119,7 @@ def quadrotor(
     middle = symbols(QUATERNION)
     if attitude == "predicted" and interface == "thrust_attitude":
         middle = _attitude_loop(build, attitude_time_constant, dt)
+        build.numbers |= {"attitude_time": attitude_time_constant} if attitude_time_constant else {}
     elif attitude == "predicted":
         moments = _scaled_inertia(build, mass) if inertia is None else tuple(inertia)
         build.numbers |= dict(zip(("jx", "jy", "jz"), moments, strict=True))

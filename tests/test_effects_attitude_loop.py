@@ -1,0 +1,76 @@
+"""An attitude loop that is slower or faster than nominal, against flights along great circles, integrated every ms."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import torch
+from scipy.spatial.transform import Rotation
+
+from sym2real.diagnosis import add, diagnose
+from sym2real.effects import effect
+from sym2real.errors import ModelError
+from sym2real.robots import MUSHR, quadrotor
+from sym2real.symbolic import compile_model
+from sym2real.trajectory import Array, Trajectory
+
+MASS, NOMINAL, FINE, GRAVITY = 1.2, 0.15, 1e-3, 9.81
+BASE = quadrotor(MASS, interface="thrust_attitude", attitude_time_constant=NOMINAL)
+
+
+def flown(time: float, seed: int, rows: int = 400) -> Trajectory:
+    """Thrust and attitudes drawn anew every second; the angle to what is told falls by 1/τ."""
+    rng, every = np.random.default_rng(seed), round(BASE.dt / FINE)
+    place, velocity, attitude = np.array([0.0, 0.0, 2.0]), np.zeros(3), Rotation.identity()
+    states, told = [], list[Array]()
+    for row in range(rows):
+        if row % 50 == 0:
+            wanted = Rotation.from_euler("ZYX", rng.uniform(-1.0, 1.0, 3) * (0.2, 0.15, 0.15))
+            thrust = MASS * GRAVITY * rng.uniform(0.9, 1.15)
+        rate = (attitude.inv() * wanted).as_rotvec() / time
+        states.append([*place, *np.roll(attitude.as_quat(), 1), *velocity, *rate])
+        told.append(np.array([thrust, *np.roll(wanted.as_quat(), 1)]))
+        for _ in range(every):
+            attitude *= Rotation.from_rotvec((attitude.inv() * wanted).as_rotvec() * FINE / time)
+            velocity = velocity + FINE * (attitude.as_matrix()[:, 2] * thrust / MASS - (0.0, 0.0, GRAVITY))
+            place = place + FINE * velocity
+    noisy = np.array(states)[:, : len(BASE.layouts.state)]
+    noisy = noisy + rng.normal(0.0, 0.003, noisy.shape)
+    state = BASE.layouts.state.normalise(torch.as_tensor(noisy)).numpy()
+    return Trajectory.from_arrays(state, np.array(told), BASE.layouts, dt=BASE.dt)
+
+
+@pytest.mark.parametrize("factor", [0.5, 1.0, 2.0])
+def test_the_loop_is_that_of_the_other_time_constant(factor: float) -> None:
+    """A step of the effect is one of the equations that were made with k τ, wherever the attitude is on the way."""
+    other = quadrotor(MASS, interface="thrust_attitude", attitude_time_constant=factor * NOMINAL)
+    log = flown(NOMINAL, 1, 60)
+    given = [torch.as_tensor(values) for values in (log.state, log.action)]
+    slower = add(BASE, "attitude_loop", {"value": factor})
+    found, wanted = (compile_model(model, dtype=torch.float64)(*given) for model in (slower, other))
+    moved = (found - given[0])[:, 3:7]
+    torch.testing.assert_close(moved, (wanted - given[0])[:, 3:7], rtol=1e-6, atol=1e-9)
+    torch.testing.assert_close(found, wanted, rtol=0.0, atol=2e-4)
+
+
+@pytest.mark.parametrize("time", [0.25, 0.09])
+def test_another_time_constant_is_named(time: float) -> None:
+    found = diagnose(BASE, [flown(time, seed) for seed in range(4)])
+    assert found.findings, found.summary
+    assert found.findings[0].effect == "attitude_loop", found.summary
+    value = found.findings[0].parameters["value"]
+    assert value.value * NOMINAL == pytest.approx(time, rel=0.05)
+    assert value.low * NOMINAL <= time <= value.high * NOMINAL
+
+
+def test_a_loop_as_nominal_misses_nothing() -> None:
+    assert not diagnose(BASE, [flown(NOMINAL, seed) for seed in range(4)]).findings
+
+
+def test_who_is_told_no_attitude_has_none() -> None:
+    at_once = quadrotor(MASS, interface="thrust_attitude", attitude_time_constant=0.0)
+    for model in (MUSHR.nominal(), quadrotor(MASS), at_once):
+        with pytest.raises(ModelError, match="attitude_loop"):
+            add(model, "attitude_loop", {"value": 2.0})
+    with pytest.raises(ModelError, match="no simulated robot"):
+        effect("attitude_loop", BASE).inject(value=2.0)

@@ -93,6 +93,11 @@ class Prepared(Refined):
         return self.examined.question
 
     @property
+    def calibrated(self) -> bool:
+        """Whether the plain simulator says that the base is off, in its constants or by effects."""
+        return self.searched is not self.library or not torch.equal(self.origin, self.searched.null)
+
+    @property
     def whitening(self) -> Whitening:
         """Noise and disturbances of the logs."""
         return self.problems.whitening

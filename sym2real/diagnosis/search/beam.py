@@ -23,8 +23,6 @@ from functools import partial
 from itertools import chain, groupby, islice
 from math import inf
 
-import torch
-
 from sym2real.diagnosis.estimate.weighing import Prepared, uncalibrated
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.search.effect_set import EffectSet
@@ -70,8 +68,8 @@ class SearchResult:
 
 def search(prepared: Prepared, stages: Stages) -> SearchResult:
     """The effects that are there and that predictions need; Ctrl-C keeps what is found by then."""
-    selection, as_it_is = _searched(prepared, stages), uncalibrated(prepared)
-    if not stages.interrupted and _doubtful(selection, as_it_is):
+    selection = _searched(prepared, stages)
+    if prepared.calibrated and not stages.interrupted and _doubtful(selection, as_it_is := uncalibrated(prepared)):
         other = _searched(as_it_is, stages)
         if other.surely_cheaper(other.present, selection.present):
             prepared, selection = as_it_is, other
@@ -95,12 +93,9 @@ def _doubtful(found: Selection, as_it_is: Prepared) -> bool:
 
     A simulator's wheels slip where a robot's may roll.
     """
-    if as_it_is.library is found.problems.problem.library and torch.equal(found.origin, as_it_is.origin):
-        return False
     plain = Selection(as_it_is.problems, as_it_is.tried, as_it_is.origin)
-    return any(
-        plain.beside(chosen, found.fit).price < found.beside(chosen, found.fit).price for chosen in ([], found.chosen)
-    )
+    nothing, same = found.beside([], found.fit), plain.beside(found.chosen, found.fit)
+    return plain.present.price < nothing.price or same.price < found.present.price
 
 
 @dataclass(eq=False)

@@ -11,22 +11,18 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from drawn_drives import ROBOT, drawn_drives
 from foreign_plant import ForeignPlant
-from numpy.typing import ArrayLike
 
 from sym2real.dataset import Dataset
-from sym2real.experiments.excitation import ColouredNoise
-from sym2real.plants import run_episode
-from sym2real.robots import ROBOTS
-from sym2real.trajectory import Array, Trajectory
+from sym2real.trajectory import Array
 
-ROBOT = ROBOTS["mushr"]  # whose state and actions a car has
 WHEELBASE = 5.0  # m, highway-env's
 STIFFNESS = 15.0  # highway-env's, of one tyre per mass of the car: m/s² a rad
 STEP = 0.005  # s
-# Of the runs: levels of speed (m/s) and steering (rad), deviation of steering and speed about them and its time (s).
+# Of the runs: levels of speed (m/s) and steering (rad), deviation of steering and speed about them.
 SPEEDS, STEERING = (4.0, 6.0, 8.0, 10.0), (-0.08, 0.08)
-DEVIATION, CHANGING, ROWS = np.array([0.06, 0.8]), 0.6, 400
+DEVIATION = (0.06, 0.8)
 
 
 @dataclass(frozen=True)
@@ -97,40 +93,7 @@ class HighwayPlant(ForeignPlant):
 
 def drives(tyres: Tyres, seed: int) -> Dataset:
     """Runs at every level of speed, to the left and to the right."""
-    return Dataset([_drive(tyres, seed, run) for run in range(len(SPEEDS) * len(STEERING))])
-
-
-def _drive(tyres: Tyres, seed: int, run: int) -> Trajectory:
-    rng = np.random.default_rng([seed, run])
-    level = np.array([STEERING[run % len(STEERING)], SPEEDS[run // len(STEERING)]])
-    start = np.array([0.0, 0.0, 0.0, 1.0, level[1], 0.0, 0.0])
-    noise = ColouredNoise(DEVIATION, CHANGING, ROBOT.dt, rng)
-    plant = HighwayPlant(tyres, rng)
-    return run_episode(plant, Drawn(level, noise), start=start, steps=ROWS, name=f"run_{run + 1}")
-
-
-@dataclass
-class Drawn:
-    """Commands that do not heed the state.
-
-    Args:
-        level: their mean ``# (action,)``.
-        noise: about it.
-    """
-
-    level: Array
-    noise: ColouredNoise
-
-    def reset(self) -> None:
-        """Nothing to forget."""
-
-    def remember(self, sent: ArrayLike) -> None:
-        """What was sent changes nothing."""
-
-    def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
-        """The next action ``# (action,)``."""
-        action: Array = self.level + self.noise.next()
-        return action
+    return drawn_drives(lambda rng: HighwayPlant(tyres, rng), SPEEDS, STEERING, DEVIATION, seed)
 
 
 def _sized(tyres: Tyres) -> Any:

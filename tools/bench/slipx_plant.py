@@ -11,24 +11,20 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from drawn_drives import ROBOT, drawn_drives
 from foreign_plant import ForeignPlant
-from highway_plant import Drawn
 
 from sym2real.dataset import Dataset
-from sym2real.experiments.excitation import ColouredNoise
-from sym2real.plants import run_episode
-from sym2real.robots import ROBOTS
 from sym2real.robots.robot import GRAVITY
-from sym2real.trajectory import Array, Trajectory
+from sym2real.trajectory import Array
 
-ROBOT = ROBOTS["mushr"]  # whose state and actions a car has
 WHEELBASE, MASS, AHEAD, STIFFNESS = 0.32, 3.5, 0.16, 420.0  # m, kg, m of the centre of mass, N/rad of an axle: SlipX's
 SERVO, DAMPING = 45.0, 0.7  # rad/s and of the second order: SlipX's
 RESISTANCE = 0.015  # of the weight, rolling: SlipX's
 MOTOR, STEP = 0.15, 0.001  # s
-# Of the runs: levels of speed (m/s) and steering (rad), deviation of steering and speed about them and its time (s).
+# Of the runs: levels of speed (m/s) and steering (rad), deviation of steering and speed about them.
 SPEEDS, STEERING = (1.2, 1.6, 2.0, 2.4), (-0.1, 0.1)
-DEVIATION, CHANGING, ROWS = np.array([0.06, 0.15]), 0.6, 400
+DEVIATION = (0.06, 0.15)
 
 
 @dataclass(frozen=True)
@@ -104,16 +100,7 @@ class SlipxPlant(ForeignPlant):
 
 def races(car: RaceCar, seed: int) -> Dataset:
     """Runs at every level of speed, to the left and to the right."""
-    return Dataset([_race(car, seed, run) for run in range(len(SPEEDS) * len(STEERING))])
-
-
-def _race(car: RaceCar, seed: int, run: int) -> Trajectory:
-    rng = np.random.default_rng([seed, run])
-    level = np.array([STEERING[run % len(STEERING)], SPEEDS[run // len(STEERING)]])
-    start = np.array([0.0, 0.0, 0.0, 1.0, level[1], 0.0, 0.0])
-    noise = ColouredNoise(DEVIATION, CHANGING, ROBOT.dt, rng)
-    plant = SlipxPlant(car, rng)
-    return run_episode(plant, Drawn(level, noise), start=start, steps=ROWS, name=f"run_{run + 1}")
+    return drawn_drives(lambda rng: SlipxPlant(car, rng), SPEEDS, STEERING, DEVIATION, seed)
 
 
 def _model(car: RaceCar) -> Any:

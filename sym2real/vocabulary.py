@@ -106,3 +106,9 @@ def friction_quantity(joint: str) -> str:
 def load_quantity(site: str) -> str:
     """Mass that hangs at a site, kg."""
     return f"load_{site}"
+
+
+def roughly(ends: tuple[float, float]) -> tuple[float, float]:
+    """Ends of a joint's range, as rough as descriptions are: to either side wider by the whole width."""
+    low, high = ends
+    return 2 * low - high, 2 * high - low

@@ -11,6 +11,7 @@ from sym2real.logs.draft import Draft
 from sym2real.logs.reading import Said
 from sym2real.logs.units import UNITS
 from sym2real.trajectory import Array
+from sym2real.vocabulary import roughly
 
 Ends = tuple[float, float]  # of a joint, or of what it is told, rad or m
 
@@ -57,8 +58,8 @@ def named_outside(draft: Draft, column: str, said: Said, ends: Ends) -> Said:
 
 
 def _within(values: Array, ends: Ends) -> bool:
-    low, high = ends
-    return bool(2 * low - high <= values.min() and values.max() <= 2 * high - low)
+    low, high = roughly(ends)
+    return bool(low <= values.min() and values.max() <= high)
 
 
 def _are_counts(values: Array, turn: int, ends: Ends) -> bool:

@@ -7,7 +7,7 @@ import numpy as np
 from sym2real.dataset import Dataset
 from sym2real.errors import DataError
 from sym2real.robots.robot import Robot
-from sym2real.vocabulary import LARGEST_PLACE
+from sym2real.vocabulary import LARGEST_PLACE, roughly
 
 ENDS = (0.05, 0.95)  # quantiles of a log: single rows may be wrong
 
@@ -29,8 +29,8 @@ def require_reach(robot: Robot | None, logs: Dataset) -> None:
         for column in (name for name in log.layouts.state.joints if name in ranges):
             (low, high), unit = ranges[column], log.layouts.state.units[column]
             least, most = np.quantile(log.column(column), ENDS).tolist()
-            far = max(-least, most) > LARGEST_PLACE[unit]
-            if far and (least < 2 * low - high or most > 2 * high - low):
+            lowest, highest = roughly((low, high))
+            if max(-least, most) > LARGEST_PLACE[unit] and (least < lowest or most > highest):
                 found = (
                     f"{least:.3g} to {most:.3g} (`sym2real inspect` with --model says which unit or counts would fit)"
                 )

@@ -8,7 +8,7 @@ from noisy_flights import LEFT_OUT, flights, flights_with
 
 from sym2real import rotation
 from sym2real.dataset import Dataset
-from sym2real.diagnosis import Diagnosis, diagnose
+from sym2real.diagnosis import Diagnosis, Gate, diagnose
 from sym2real.diagnosis.data.segments import cut
 from sym2real.diagnosis.estimate.variances import root_beside_one
 from sym2real.diagnosis.estimate.whitening import Spread, estimate
@@ -54,6 +54,7 @@ def test_nothing_is_found_where_nothing_is_missing() -> None:
     found = diagnosed(flights())
     assert found.findings == ()
     assert found.verdict == "NOTHING_MISSING"
+    assert found.gate == Gate()  # nothing that predictions could bear out
     assert found.misfit[1] == pytest.approx(1.0, abs=0.05)
 
 

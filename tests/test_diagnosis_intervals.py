@@ -24,7 +24,10 @@ from sym2real.diagnosis.estimate.weighing import whiten
 from sym2real.diagnosis.predict.candidate import candidates, library_for
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
+from sym2real.diagnosis.search.select import reported
 from sym2real.effects import effect
+from sym2real.effects.domain import NOT_NEGATIVE
+from sym2real.effects.kind import Parameter
 from sym2real.plants import MujocoPlant
 from sym2real.robots import CRAZYFLIE, MUSHR
 from sym2real.robots.nominal_car import car
@@ -163,3 +166,30 @@ def test_the_interval_of_a_delay_holds_it_where_commands_change_within_steps() -
     value = found.parameters["value"]
     assert value.low <= late <= value.high
     assert value.high - value.low < 1.3 * MUSHR.dt
+
+
+@pytest.mark.parametrize(
+    ("estimate", "said"),
+    [
+        (Estimate(0.09834, 0.09474, 0.10194, "N"), "0.0983 ± 0.0036 N"),
+        (Estimate(123.4, 111.4, 135.4, "m/s"), "123 ± 12 m/s"),
+        (Estimate(1.02, 0.97, 1.07, "1"), "1.020 ± 0.050"),
+        (Estimate(0.5, -np.inf, np.inf, "N"), "0.5 N"),
+        (Estimate(0.5, 0.5, 0.5, "N"), "0.5 N"),
+    ],
+)
+def test_a_sentence_gives_two_digits_of_what_is_unsure(estimate: Estimate, said: str) -> None:
+    assert estimate.with_half_width == said
+
+
+def test_what_calibration_says_of_the_base_is_taken_away_from_values() -> None:
+    gain = Parameter("value", "1", null=1.0, low=0.2, high=3.0, scale=0.1)
+    force = Parameter("value", "N", null=0.0, low=-1.0, high=1.0, scale=0.1)
+    delay = Parameter("value", "s", null=0.0, low=0.0, high=1.0, scale=0.1, domain=NOT_NEGATIVE)
+    turns = Parameter("value", "rad/s", null=7.0, low=1.0, high=9.0, scale=0.1)
+    assert reported(1.2, 0.8, gain) == pytest.approx(1.5)  # a factor of a factor
+    assert reported(1.2, -0.8, gain) == 1.2  # a base that turns the sign about says nothing of the size
+    assert reported(0.3, 0.1, force) == pytest.approx(0.2)
+    assert reported(0.3, 0.1, delay) == pytest.approx(0.2)
+    assert reported(0.1, 0.3, delay) == 0.0  # nothing arrives before it was sent
+    assert reported(8.0, 7.5, turns) == 8.0

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import add, diagnose
 from sym2real.diagnosis.estimate.calibrate import refined
-from sym2real.diagnosis.estimate.overfit import lower_factor
+from sym2real.diagnosis.estimate.fit import Problems
+from sym2real.diagnosis.estimate.overfit import PRIOR, improved, lower_factor
 from sym2real.diagnosis.estimate.simulator import flown_along
 from sym2real.diagnosis.estimate.weighing import whiten
 from sym2real.diagnosis.predict.candidate import candidates, library_for
@@ -128,3 +129,27 @@ def test_rounding_leaves_a_curvature_with_a_factor() -> None:
         np.linalg.cholesky(indefinite)
     lower = lower_factor(indefinite)
     np.testing.assert_allclose(lower @ lower.T / scale, curvature / scale, atol=1e-8)
+
+
+def test_the_fit_of_everything_is_the_least_of_errors_and_prior_wherever_the_prior_is() -> None:
+    data = flights()  # healthy ones, so that the prior alone moves the fit
+    library = library_for(CRAZYFLIE.nominal(), data, OTHERS[:-2])
+    tried = [one for one in candidates(library, data) if one.name in ("added_mass", "wind", "linear_drag")]
+    problem = Problem(library, data)
+    problems = Problems.of(problem, whiten(problem, tried).whitening)
+    free = tuple(tied for one in tried for tied in one.free)
+    slots = [tied[0] for tied in free]
+    scale = library.scale[slots]
+    centre = library.null.clone()
+    centre[slots] += 4.0 * scale  # far enough to be felt beside eight flights
+
+    def objective(sets: torch.Tensor) -> torch.Tensor:
+        losses = problems.whitening.loss(problem.residuals(sets)).sum(1)
+        return losses + PRIOR * ((sets[:, slots] - centre[slots]) / scale).square().sum(1)
+
+    best = improved(problems, free, library.null, centre, 20)
+    beside = best.repeat(2 * len(slots), 1)
+    for place, slot in enumerate(slots):
+        beside[2 * place : 2 * place + 2, slot] += torch.tensor([-1.0, 1.0]) * 0.05 * scale[place]
+    assert float(objective(best[None])) < float(objective(library.null[None]))
+    assert bool((objective(beside) > objective(best[None])).all())

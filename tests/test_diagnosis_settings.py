@@ -89,3 +89,8 @@ def test_no_module_compares_with_a_number_of_its_own() -> None:
         if isinstance(part, ast.Name)
     }
     assert not COMPUTING - sides, "names that nothing is compared with any more"
+
+
+def test_those_that_compete_share_the_chance_of_a_false_alarm() -> None:
+    assert SETTINGS.false_alarms_of_each(0) == SETTINGS.false_alarms_of_each(1) == SETTINGS.false_alarms
+    assert 40 * SETTINGS.false_alarms_of_each(40) == pytest.approx(SETTINGS.false_alarms)

@@ -30,7 +30,7 @@ def found_in(data: Dataset) -> Swing | None:
     problem, tried = Problem(library, data), candidates(library, data)
     whitened = whiten(problem, tried)
     return find_swing(
-        Problems.of(whitened.problem, whitened.whitening), whitened.values, SETTINGS.false_alarms / len(tried)
+        Problems.of(whitened.problem, whitened.whitening), whitened.values, SETTINGS.false_alarms_of_each(len(tried))
     )
 
 

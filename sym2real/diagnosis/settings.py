@@ -77,6 +77,10 @@ class Settings:
     statement_r2: float = _of(0.15, "tuned", "R² on unseen logs of a statement where errors are large: simulated logs")
     statement_alike: float = _of(0.05, "tuned", "R² by which a plainer feature may be worse: simulated logs")
 
+    def false_alarms_of_each(self, tried: int) -> float:
+        """Chance of a false alarm of each of so many that compete in a data set (Bonferroni)."""
+        return self.false_alarms / max(1, tried)
+
     def gain_of(self, effects: int) -> float:
         """Part of the held-out loss that an effect must save in a set of so many."""
         return self.gain_beside if effects > 1 else self.gain

@@ -108,7 +108,7 @@ def _needed(problems: Problems, competitors: int) -> float:
     of_gain = SETTINGS.gain_beside / (1.0 - SETTINGS.gain_beside) * problems.whitening.freedom
     if problems.block_count < SETTINGS.fewest_pieces:
         return of_gain
-    chance = SETTINGS.false_alarms / max(1, competitors)
+    chance = SETTINGS.false_alarms_of_each(competitors)
     return max(of_gain, float(stats.t.isf(chance / 2, problems.block_count - 1)) ** 2)
 
 

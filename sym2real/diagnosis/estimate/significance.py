@@ -33,7 +33,7 @@ def beyond_chance(problems: Problems, fit: Fit, candidate: Candidate, origin: Te
     distance = Distance.of(problems, fit, candidate, origin)
     if _enough_logs(problems, len(candidate.free)) and distance.chance(problems.logs) > SETTINGS.false_alarms_by_logs:
         return False
-    return distance.chance(problems.blocks) < SETTINGS.false_alarms / max(1, tried)
+    return distance.chance(problems.blocks) < SETTINGS.false_alarms_of_each(tried)
 
 
 def beyond_trim(problems: Problems, fit: Fit, candidate: Candidate, origin: Tensor, tried: int) -> bool:
@@ -47,7 +47,7 @@ def beyond_trim(problems: Problems, fit: Fit, candidate: Candidate, origin: Tens
     if problems.log_count < SETTINGS.fewest_logs:
         return False
     chance = Distance.of(problems, fit, candidate, origin).chance(problems.logs)
-    return chance < SETTINGS.false_alarms / max(1, tried)
+    return chance < SETTINGS.false_alarms_of_each(tried)
 
 
 def sizes_beyond_chance(problems: Problems, fit: Fit, tried: int) -> Tensor:
@@ -65,7 +65,7 @@ def sizes_beyond_chance(problems: Problems, fit: Fit, tried: int) -> Tensor:
     here = Distance(fit.gradient.new_zeros(count), list(range(count)), fit.gradient, fit.curvature)
     if problems.block_count < SETTINGS.fewest_pieces:
         return torch.zeros_like(here.away)
-    sizes = here.sizes_at(SETTINGS.false_alarms / max(1, tried), problems.blocks)
+    sizes = here.sizes_at(SETTINGS.false_alarms_of_each(tried), problems.blocks)
     if not _enough_logs(problems, len(sizes)):
         return sizes
     return torch.maximum(sizes, here.sizes_at(SETTINGS.false_alarms_by_logs, problems.logs))

@@ -133,7 +133,7 @@ def weigh_errors(base: Refined) -> Prepared:
     tried, found, logs = candidates(searched, data), weighed, data
     swinging = [k for k, slot in enumerate(searched.slots) if searched.effects[slot.effect].searching.swings]
     # Disturbances are smaller without what swings, and against these it is held.
-    for chance in (PROMISING, SETTINGS.false_alarms / max(1, len(tried))):
+    for chance in (PROMISING, SETTINGS.false_alarms_of_each(len(tried))):
         still = found.values.clone()
         still[swinging] = searched.null[swinging]
         swing = find_swing(Problems.of(found.problem, found.whitening), still, chance) if swinging else None

@@ -91,7 +91,7 @@ def find_constants(
     least = (SETTINGS.gain_few if selection.chosen else SETTINGS.gain) * selection.present.loss
     # Every log has a trim of its own, where there are logs enough.
     clusters = problems.blocks if problems.log_count < SETTINGS.fewest_logs else problems.logs
-    chance, leftovers = SETTINGS.false_alarms / len(constants.names), list[Leftover]()
+    chance, leftovers = SETTINGS.false_alarms_of_each(len(constants.names)), list[Leftover]()
     while True:
         robots = (of_base.abs() <= SETTINGS.mostly * constants.sizes.abs()).tolist()
         falls = {place: constants.alone(place).fall(problems.folds) for place in waiting if robots[place]}

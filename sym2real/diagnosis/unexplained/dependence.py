@@ -111,7 +111,7 @@ class Terms:
     def beyond_chance(self, judged: Judged) -> bool:
         """Whether a term differs from none beyond chance, by blocks of 1.5 s and by whole logs."""
         tried = len(self.side.terms) * len(self.side.spread.names)
-        if judged.chance(self.problems.blocks) >= SETTINGS.false_alarms / tried:
+        if judged.chance(self.problems.blocks) >= SETTINGS.false_alarms_of_each(tried):
             return False
         return self.problems.log_count < SETTINGS.fewest_logs or judged.chance(self.problems.logs) <= SETTINGS.level
 

@@ -119,7 +119,7 @@ def _judged(balances: Balances, now: Balance, transformation: Transformation, da
         clear &= (mimicked > SETTINGS.far * new) & (_in_all(mimicked) > _in_all(new))
     chance = [_chance(now.missed(place), then.missed(place)) if clear[place] else 1.0 for place in range(len(old))]
     most = int(np.argmin(chance))
-    if chance[most] > SETTINGS.false_alarms / tried:
+    if chance[most] > SETTINGS.false_alarms_of_each(tried):
         return None
     return float(better.sum()), Breach(transformation, _said(now.names[most], old[most], new[most]))
 

@@ -141,3 +141,25 @@ def test_the_end_of_what_is_likely_is_a_bound_and_none_of_an_effect_is_not() -> 
         values[slot] = bound[slot]
         one = wind if slot in wind.slots else drag
         assert selection.at_bound(replace(selection.fit, values=values), one)
+
+
+def test_what_shares_a_number_or_cannot_stand_beside_what_is_chosen_is_not_open() -> None:
+    selection = chosen(("wind", "linear_drag", "quadratic_drag"))
+    wind, drag, other = (one for name in ("wind", "linear_drag", "quadratic_drag") for one in selection.candidates
+                         if one.name == name)  # fmt: skip
+    assert [one.name for one in selection.open([wind], selection.candidates) if one is wind] == []
+    assert drag in selection.open([wind], selection.candidates)
+    apart = replace(drag, excludes=(other.name,))
+    assert other not in selection.open([apart], selection.candidates)
+    assert wind in selection.open([apart], selection.candidates)
+
+
+def test_in_an_effects_place_stands_another_that_is_not_at_its_bound() -> None:
+    selection = chosen(("wind", "linear_drag"), "wind")
+    (place,) = Near.of(selection).places
+    assert [rival.candidate.name for rival in place.rivals] == ["linear_drag"]
+    (drag,) = place.rivals
+    slots, ended = drag.candidate.slots, drag.fit.values.clone()
+    ended[slots[0]] = selection.problems.problem.library.bounds[1][slots[0]]
+    assert not selection.at_bound(drag.fit, drag.candidate)
+    assert selection.at_bound(replace(drag.fit, values=ended), drag.candidate)

@@ -117,16 +117,13 @@ def find_swing(problems: Problems, values: Tensor, chance: float) -> Swing | Non
     names = [name for name in FORCES if uses(problem.library.equations, name)]
     if not names or problems.block_count < SETTINGS.fewest_pieces:
         return None
-    rows, grid = _rows(problems, values, names), _frequencies(problem)
-    if not len(grid):
-        return None
+    rows, (grid, step) = _rows(problems, values, names), _frequencies(problem)
     mass = problem.library.equations.numbers.get("mass", 1.0)
     highest = (grid[place] for place in np.argsort(-_falls(rows, grid)))
     apart = (omega for omega in highest if not _own_motion(problem.data, omega, mass, _size(rows, omega)))
     omega = next(apart, None)
     if omega is None:
         return None
-    step = grid[1] - grid[0] if len(grid) > 1 else 0.1 * omega
     fine = omega + step * np.arange(-FINE, FINE + 1) / FINE
     omega = float(fine[_falls(rows, fine).argmax()])
     looks = max(1, len(grid) // OVERSAMPLED)
@@ -156,13 +153,13 @@ def _rows(problems: Problems, values: Tensor, names: list[str]) -> _Rows:
     )
 
 
-def _frequencies(problem: Problem) -> Array:
-    """Candidates in rad/s."""
+def _frequencies(problem: Problem) -> tuple[Array, float]:
+    """Candidates, and how far they are apart, rad/s."""
     dt = problem.data.dt
     longest = max(len(log) for log in problem.data) * dt
     piece = (problem.segments.length - 1) * dt / PIECES
-    first, last = 2 * np.pi * PERIODS / longest, 2 * np.pi * FASTEST / piece
-    return np.arange(first, last, 2 * np.pi / longest / OVERSAMPLED)
+    first, last, step = (2 * np.pi * part for part in (PERIODS / longest, FASTEST / piece, 1 / longest / OVERSAMPLED))
+    return np.arange(first, last, step), step
 
 
 def _falls(rows: _Rows, omegas: Array) -> Array:

@@ -33,7 +33,7 @@ def found_in(data: Dataset, chance: float | None = None) -> Swing | None:
     return find_swing(Problems.of(whitened.problem, whitened.whitening), whitened.values, chance)
 
 
-@pytest.mark.parametrize("chance", [None, SETTINGS.level])
+@pytest.mark.parametrize("chance", [None, 0.2])
 def test_no_swing_is_found_in_flights_on_periodic_paths(chance: float | None) -> None:
     """Frequencies share the chance, of which there are dozens."""
     assert found_in(flights_with("", {}, steps=400), chance) is None

@@ -71,3 +71,7 @@ def test_what_a_mutant_is_called_does_not_depend_on_its_line() -> None:
     moved = list(of_file("some.py", SOURCE.replace(b"LIMIT = 0.5", b"\n\nLIMIT = 0.5")))
     assert [one.said for one in moved] == [one.said for one in of_file("some.py", SOURCE)]
     assert isinstance(moved[0], Mutation)
+
+
+def test_a_check_that_lists_are_equally_long_is_no_decision() -> None:
+    assert not list(of_file("some.py", b"pairs = dict(zip(names, values, strict=True))\n"))

@@ -103,6 +103,8 @@ def _decisions(node: ast.AST, function: str) -> Iterator[tuple[str, ast.expr | a
         for child in value if isinstance(value, list) else [value]:
             if not isinstance(child, ast.AST) or isinstance(child, (ast.Import, ast.ImportFrom, ast.JoinedStr)):
                 continue
+            if _is_check_of_lengths(child):
+                continue
             inside = child.name if isinstance(child, ast.FunctionDef) else function
             if isinstance(child, (ast.expr, ast.stmt)):
                 yield inside, child
@@ -129,12 +131,17 @@ def _changes(node: ast.expr | ast.stmt) -> Iterator[tuple[str, ast.AST]]:
         yield "boolean negated", ast.IfExp(node.test, node.orelse, node.body)
     elif isinstance(node, ast.BinOp) and type(node.op) in SWAPPED:
         yield "operation exchanged", ast.BinOp(node.left, SWAPPED[type(node.op)](), node.right)
-    elif isinstance(node, ast.Call) and node.keywords:
+    elif isinstance(node, ast.Call) and node.keywords and not _is_check_of_lengths(node.keywords[-1]):
         yield "argument dropped", ast.Call(node.func, node.args, node.keywords[:-1])
     elif isinstance(node, ast.Return) and node.value is not None and not _is_none(node.value):
         yield "nothing returned", ast.Return(ast.Constant(None))
     elif isinstance(node, ast.AugAssign) or (isinstance(node, ast.Expr) and isinstance(node.value, ast.Call)):
         yield "statement skipped", ast.Pass()
+
+
+def _is_check_of_lengths(node: ast.AST) -> bool:
+    """``zip(…, strict=True)`` says what is so, as an assertion does, and decides nothing."""
+    return isinstance(node, ast.keyword) and node.arg == "strict"
 
 
 def _is_none(node: ast.expr) -> bool:

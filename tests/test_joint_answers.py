@@ -208,3 +208,46 @@ def test_a_gears_damping_may_be_large_beside_a_light_link() -> None:
     tried = try_effect(robot.nominal(), "joint_damping:q", logged(rows, robot), exclude=["*"])
     assert tried.supported, tried.summary
     assert tried.finding.values["value"] == pytest.approx(value, rel=0.1)
+
+
+HELD = """<mujoco>
+  <option timestep="0.001"/>
+  <worldbody>
+    <body name="head">
+      <joint name="tilt" type="hinge" axis="0 1 0" damping="0.03"/>
+      <inertial pos="0.03 0 0.01" mass="0.6" diaginertia="0.001 0.0016 0.0014"/>
+    </body>
+  </worldbody>
+  <actuator><position name="servo" joint="tilt" kp="5" kv="0.16" ctrlrange="-1 1" forcerange="-3 3"/></actuator>
+</mujoco>"""
+
+
+@pytest.mark.parametrize("friction", [0.03, 0.12, 0.3])
+def test_dry_friction_holds_a_joint_against_its_servo(tmp_path: Path, friction: float) -> None:
+    """Slow commands move such a joint by fits and starts: up to c/kp behind; MuJoCo's own constraint, made hard."""
+    (tmp_path / "head.xml").write_text(HELD)
+    robot = Robot.from_mjcf(tmp_path / "head.xml", dt=0.01)
+    base, time = robot.nominal(), robot.dt * np.arange(800)
+    commands = 0.3 * np.sin(1.3 * time) + 0.2 * np.sign(np.sin(7.0 * time))
+
+    def measured(friction: float) -> list[float]:
+        model = mujoco.MjModel.from_xml_string(HELD)
+        model.dof_frictionloss[:] = friction
+        model.dof_solimp[:], model.dof_solref[:] = (0.999, 0.9999, 1e-3, 0.5, 2), 0.002
+        data, angles = mujoco.MjData(model), []
+        for command in commands:
+            data.ctrl[:] = command
+            mujoco.mj_step(model, data, round(robot.dt / model.opt.timestep))
+            angles.append(float(data.qpos[0]))
+        return angles
+
+    def missed(friction: float, angles: list[float]) -> float:
+        equations = effect("joint_friction:tilt", robot).substitute(base, {"value": friction})
+        start, actions = torch.zeros(1, 2, dtype=torch.float64), torch.as_tensor(commands)[None, :, None]
+        predicted = rollout(compile_model(equations, dtype=torch.float64), start, actions)[0, :, 0].numpy()
+        return float(np.sqrt(np.mean(np.square(predicted - angles))))
+
+    held = measured(friction)
+    assert (np.abs(np.diff(held)) < 1e-6).mean() > 0.02  # it does stand
+    assert missed(friction, held) < 1.2 * missed(0.0, measured(0.0))  # no more than without any
+    assert missed(0.0, held) > 3.0 * missed(friction, held)

@@ -1,4 +1,4 @@
-"""Dry (Coulomb) friction of a joint: τ = -c sign(q̇), smooth within the rate that it stops in a period."""
+"""Dry (Coulomb) friction of a joint: τ = -c sign(q̇), and what holds it where it stands."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ from sym2real.vocabulary import damping_quantity, friction_quantity, push_column
 
 @dataclass(frozen=True, eq=False)
 class Forces:
-    """Along the joints: pushes, springs, dampers, dry friction and actuators.
+    """Along the joints: pushes, springs, dampers and actuators, and dry friction against what these leave.
 
     Args:
         model: the compiled file.
@@ -39,8 +39,6 @@ class Forces:
         force = np.array([symbol(push_column(joint)) for joint in joints], dtype=object)
         for number, link in enumerate(self.links):
             force[number] += -symbol(damping_quantity(link.joint)) * rate[number]
-            inertia = 1.0 / float(self.model.dof_invweight0[self.model.joint(link.joint).dofadr[0]])
-            force[number] += dry_friction(symbol(friction_quantity(link.joint)), rate[number], self.dt, inertia)
             force[number] += -as_expression(link.stiffness) * (place[number] - as_expression(link.rest))
         pushed = np.zeros(len(joints), dtype=int).astype(object)
         for index in range(self.model.nu):
@@ -53,6 +51,14 @@ class Forces:
             if self.model.jnt_actfrclimited[joint]:
                 pushed[number] = _within(pushed[number], self.model.jnt_actfrcrange[joint])
         return force + pushed
+
+    def held(self, rate: Sequence[Expr], other: Values, inertia: Sequence[float]) -> Values:
+        """All forces with dry friction, beside the ``other`` ones, of joints that move so much, kg or kg m² ``# (n,)``."""
+        found = other.copy()
+        for number, link in enumerate(self.links):
+            friction = symbol(friction_quantity(link.joint))
+            found[number] += dry_friction(friction, rate[number], self.dt, inertia[number], other[number])
+        return found
 
     def _given(self, index: int, control: Expr, place: Expr, rate: Expr) -> Expr:
         """By an actuator's gain and bias, within its limits."""

@@ -83,7 +83,7 @@ def multibody(model: mujoco.MjModel, layouts: Layouts, actions: Mapping[str, str
     rate = np.array([symbol(rate_column(name)) for name in names], dtype=object)
 
     def accelerations(place: Values, rate: Values) -> Values:
-        return _accelerations(build, links, place, rate, forces.at(place, rate))
+        return _accelerations(build, forces, place, rate)
 
     moved, rate = stepped(build, accelerations, place, rate)
     place = place + moved
@@ -94,10 +94,13 @@ def multibody(model: mujoco.MjModel, layouts: Layouts, actions: Mapping[str, str
     )
 
 
-def _accelerations(build: Build, links: Sequence[Link], place: Values, rate: Values, force: Values) -> Values:
+def _accelerations(build: Build, forces: Forces, place: Values, rate: Values) -> Values:
+    links = forces.links
     transforms = [_named(build, link, coordinate) for link, coordinate in zip(links, place, strict=True)]
     bias = _bias(build, links, transforms, rate)
-    wanted = build.each("drive", force - bias)
+    drive = build.each("drive", forces.at(place, rate) - bias)
+    alone = [1.0 / float(forces.model.dof_invweight0[forces.model.joint(link.joint).dofadr[0]]) for link in links]
+    wanted = build.each("wanted", forces.held(rate, drive, alone))
     return _solved(build, _mass_matrix(build, links, transforms), wanted)
 
 

@@ -63,14 +63,16 @@ class _Body:
         forces: along their joints.
         moment: m c_x in kg m.
         lever: where pushes act, in the body's axes, m ``# (2,)``.
-        drilling: of wheels with a width: its torque by the turning rate.
+        moved: what a torque about each axle moves, kg m² ``# (n,)``.
+        drilling: of wheels with a width: its torque by the turning rate and the other torques.
     """
 
     wheels: Wheels
     forces: Forces
     moment: float
     lever: Sequence[float]
-    drilling: Callable[[Expr], Expr]
+    moved: Sequence[float]
+    drilling: Callable[..., Expr]
 
     def accelerations(self, build: Build, rates: Values) -> Values:
         """Of the speed ahead (m/s²) and the turning (rad/s²) ``# (2,)``."""
@@ -80,12 +82,14 @@ class _Body:
             build.name(rate_column(name), a * speed + b * turning) for name, (a, b) in zip(names, ways, strict=True)
         ]
         along = self.forces.at(exact(np.zeros(len(names))), np.array(of_wheels, dtype=object))
+        along = self.forces.held(of_wheels, build.each("drive", along), self.moved)
         torques = [build.name(f"torque_{name}", force) for name, force in zip(names, along, strict=True)]
         pushed, aside, (x, y) = symbol("push_ahead"), symbol("push_left"), self.lever
         by_wheels = [sum(way[of] * torque for way, torque in zip(ways, torques, strict=True)) for of in (0, 1)]
         ahead = build.name("force", by_wheels[0] + pushed + self.moment * turning**2)
-        braked = symbol("tz") + x * aside - y * pushed - self.moment * speed * turning + self.drilling(turning)
-        turn = build.name("moment", by_wheels[1] + braked)
+        turned = symbol("tz") + x * aside - y * pushed - self.moment * speed * turning
+        turned = build.name("turned", by_wheels[1] + turned)
+        turn = build.name("moment", turned + self.drilling(turning, other=turned))
         whole, mixed, spun = (symbol(name) for name in MASSES)
         span = whole * spun - mixed**2
         return build.each("acceleration", np.array([spun * ahead - mixed * turn, whole * turn - mixed * ahead]) / span)
@@ -120,9 +124,9 @@ def rolling(model: mujoco.MjModel, data: Any, layouts: Layouts, actions: Mapping
         parts_of(decay, dt, dry=True),
     )
     forces = Forces(model, links, actions, build.part)
-    described = _Body(
-        wheels, forces, moment, lever, partial(dry_friction, symbol(DRILLING), dt=build.part, inertia=inertia[1, 1])
-    )
+    moved = [1.0 / float(way @ np.linalg.solve(inertia, way)) for way in wheels.ways]
+    against = partial(dry_friction, symbol(DRILLING), dt=build.part, inertia=inertia[1, 1])
+    described = _Body(wheels, forces, moment, lever, moved, against)
     sine, cosine = symbol("sin_yaw"), symbol("cos_yaw")
     build.quantities |= {
         "push_ahead": symbol("fx") * cosine + symbol("fy") * sine,

@@ -259,3 +259,11 @@ def test_advice_names_the_commands_that_the_model_has(equations: Equations, said
     for one in applicable(equations):
         assert "rate command" not in one.shown_by or "wx_cmd" in equations.layouts.action, one.key
         assert "(rates:" not in one.shown_by, one.key
+
+
+def test_a_mass_reaches_as_far_as_the_thrust_gains_that_it_stands_for() -> None:
+    """Gains at their ends were missing, and nothing in the catalogue explained it."""
+    (gain,), (mass,) = effect("gain:thrust", CRAZYFLIE).parameters, effect("added_mass", CRAZYFLIE).parameters
+    needed = [CRAZYFLIE.mass * (1.0 / value - 1.0) for value in (gain.high, gain.low)]
+    assert mass.low <= needed[0] + 1e-9
+    assert mass.high >= needed[1] - 1e-9

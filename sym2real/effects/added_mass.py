@@ -19,7 +19,8 @@ from sym2real.symbolic import Equations, symbol
 def _parameters(body: Body) -> tuple[Parameter, ...]:
     mass = body.numbers.get("mass", 1.0)
     left = Domain(-mass, open=True)  # some of it must be
-    return (Parameter("value", "kg", null=0.0, low=-0.5 * mass, high=2.0 * mass, scale=0.1 * mass, domain=left),)
+    # As far as the thrust gains that it stands for, from 3 to 0.2.
+    return (Parameter("value", "kg", null=0.0, low=-mass / 1.5, high=4.0 * mass, scale=0.1 * mass, domain=left),)
 
 
 def _substitute(equations: Equations, values: Values, body: Body) -> Equations:

@@ -6,6 +6,8 @@ import ast
 import sys
 from pathlib import Path
 
+import pytest
+
 sys.path.insert(0, str(Path(__file__).parent.parent / "tools"))
 
 from mutations import Mutation, drawn, of_file
@@ -73,5 +75,8 @@ def test_what_a_mutant_is_called_does_not_depend_on_its_line() -> None:
     assert isinstance(moved[0], Mutation)
 
 
-def test_a_check_that_lists_are_equally_long_is_no_decision() -> None:
-    assert not list(of_file("some.py", b"pairs = dict(zip(names, values, strict=True))\n"))
+@pytest.mark.parametrize(
+    "text", [b"pairs = dict(zip(names, values, strict=True))\n", b"if TYPE_CHECKING:\n    import one\n"]
+)
+def test_checks_of_lengths_and_imports_for_types_are_no_decisions(text: bytes) -> None:
+    assert not list(of_file("some.py", text))

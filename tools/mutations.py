@@ -103,7 +103,7 @@ def _decisions(node: ast.AST, function: str) -> Iterator[tuple[str, ast.expr | a
         for child in value if isinstance(value, list) else [value]:
             if not isinstance(child, ast.AST) or isinstance(child, (ast.Import, ast.ImportFrom, ast.JoinedStr)):
                 continue
-            if _is_check_of_lengths(child):
+            if _is_check_of_lengths(child) or _is_for_types(child):
                 continue
             inside = child.name if isinstance(child, ast.FunctionDef) else function
             if isinstance(child, (ast.expr, ast.stmt)):
@@ -142,6 +142,11 @@ def _changes(node: ast.expr | ast.stmt) -> Iterator[tuple[str, ast.AST]]:
 def _is_check_of_lengths(node: ast.AST) -> bool:
     """``zip(…, strict=True)`` says what is so, as an assertion does, and decides nothing."""
     return isinstance(node, ast.keyword) and node.arg == "strict"
+
+
+def _is_for_types(node: ast.AST) -> bool:
+    """Imports that run for a type checker alone."""
+    return isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"
 
 
 def _is_none(node: ast.expr) -> bool:

@@ -15,8 +15,9 @@ from sym2real.diagnosis.estimate.whitening import Spread
 from sym2real.diagnosis.predict.candidate import candidates
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
+from sym2real.diagnosis.search.narrow import join_narrow
 from sym2real.diagnosis.search.near import Near, groups_of
-from sym2real.diagnosis.search.needed import Predicted, keep_needed
+from sym2real.diagnosis.search.needed import Needed, Predicted, keep_needed
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.search.settled import settle
 from sym2real.effects import effect
@@ -114,6 +115,25 @@ def test_what_joins_late_is_established_by_whole_logs(added: float, late: str, b
     rivals = [one for one in selection.candidates if one.name == late]
     (larger,) = selection.ranked(selection.chosen, selection.fit.values, rivals)
     assert Predicted(selection, problem.library, problem.data).bears_out(larger) is borne_out
+
+
+@pytest.mark.parametrize(("logs", "joins"), [(4, False), (8, True)], ids=["four logs", "eight logs"])
+def test_what_moves_little_joins_what_was_chosen_where_logs_are_not_few(logs: int, joins: bool) -> None:
+    """80 mg beside a wind; drag, which is not there, does not join."""
+    flights = flights_with_all({"wind": WIND, "added_mass": {"value": 8e-5}}, count=logs)
+    selection = chosen(("wind", "added_mass", "linear_drag"), "wind", flights=flights)
+    predicted = Predicted(selection, selection.problems.problem.library, selection.problems.problem.data)
+    needed = join_narrow(Needed((), ()), predicted)
+    assert [one.name for one in selection.chosen] == ["wind", "added_mass"][: 1 + joins]
+    assert [one.name for one in needed.small] == ["added_mass"][:joins]
+    assert join_narrow(needed, predicted) is needed  # asked again, nothing more
+
+
+def test_where_nothing_was_chosen_no_effect_is_small() -> None:
+    selection = chosen(("wind",))
+    predicted = Predicted(selection, selection.problems.problem.library, selection.problems.problem.data)
+    assert predicted.horizons
+    assert predicted.small() == ()
 
 
 @pytest.mark.parametrize(("value", "times"), [(1e-6, 1), (-0.02, 2)], ids=["tiny, in few logs", "wrong"])

@@ -53,7 +53,7 @@ class Forces:
         return force + pushed
 
     def held(self, rate: Sequence[Expr], other: Values, inertia: Sequence[float]) -> Values:
-        """All forces with dry friction, beside the ``other`` ones, of joints that move so much, kg or kg m² ``# (n,)``."""
+        """All forces with dry friction, of joints that move so many kg or kg m² ``# (n,)``, beside the others."""
         found = other.copy()
         for number, link in enumerate(self.links):
             friction = symbol(friction_quantity(link.joint))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -63,6 +64,20 @@ def test_an_interrupted_run_continues_to_the_same_equations(tmp_path: Path) -> N
     assert (tmp_path / "episode_000_00.parquet").stat().st_mtime_ns == kept
     assert continued.to_json() == run(None).to_json()
     assert continued.robot == "mushr"
+
+
+def test_a_run_goes_on_whoever_is_told_of_the_search(tmp_path: Path) -> None:
+    """Functions have other addresses in every process: with them in the settings, `learn` went on with nothing."""
+
+    def run(tell: Callable[[str], None]) -> str:
+        plant, tasks = MujocoPlant(MUSHR), training_tasks(MUSHR)
+        engine = BeamSearch(angles=MUSHR.recipe.angles, degree=2, on_column=tell)
+        return stage_one(plant, tasks, engine, replace(QUICK, episodes=1), folder=tmp_path).equations.to_json()
+
+    told: list[str] = []
+    first = run(lambda _: None)
+    assert run(told.append) == first
+    assert not told
 
 
 def test_a_folder_of_another_run_is_refused(tmp_path: Path) -> None:

@@ -66,7 +66,7 @@ class BeamSearch:
     search: SearchSettings = field(default_factory=SearchSettings)
     cyclic: Sequence[str] = ()
     windows: Sequence[int] = (1,)
-    on_column: Callable[[str], None] = lambda _: None
+    on_column: Callable[[str], None] = field(default=lambda _: None, repr=False, compare=False)
 
     def fit(self, transitions: Transitions, start: Equations | None = None) -> Equations:
         """Equations for these transitions.

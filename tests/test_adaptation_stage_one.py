@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from quick_engines import Given
 
-from sym2real.adaptation import EpisodeReport, Progress, StageOne, episode_error, stage_one, tracking_error
+from sym2real.adaptation import BaseModel, EpisodeReport, Progress, StageOne, episode_error, stage_one, tracking_error
 from sym2real.adaptation.episode_report import settled
 from sym2real.adaptation.predictions import one_step_error
 from sym2real.dataset import Transitions
@@ -78,6 +78,29 @@ def test_a_run_goes_on_whoever_is_told_of_the_search(tmp_path: Path) -> None:
     first = run(lambda _: None)
     assert run(told.append) == first
     assert not told
+
+
+def test_with_more_episodes_a_run_ends_as_if_it_had_them_from_the_beginning(tmp_path: Path) -> None:
+    class Counting:
+        """Equations that go a little faster with every row that they were fitted to."""
+
+        def __repr__(self) -> str:
+            return "Counting()"
+
+        def fit(self, transitions: Transitions, start: Equations | None = None) -> Equations:
+            del start
+            nominal = MUSHR.nominal()
+            return replace(nominal, next={**nominal.next, "vx": nominal.next["vx"] * (1.0 + 1e-4 * len(transitions))})
+
+    def run(episodes: int, folder: Path | None) -> BaseModel:
+        settings = replace(QUICK, episodes=episodes, pushed=True)
+        return stage_one(MujocoPlant(MUSHR), training_tasks(MUSHR), Counting(), settings, folder=folder)
+
+    for episodes in (2, 3, 2):
+        continued, fresh = run(episodes, tmp_path), run(episodes, None)
+        assert continued.equations.to_json() == fresh.equations.to_json()
+        for ours, theirs in zip(continued.pushed, fresh.pushed, strict=True):
+            np.testing.assert_array_equal(ours.state, theirs.state)
 
 
 def test_a_folder_of_another_run_is_refused(tmp_path: Path) -> None:

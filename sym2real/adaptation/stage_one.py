@@ -175,11 +175,12 @@ class _Loop:
                 break
         assert equations is not None  # there is an episode at least
         pushed: list[Trajectory] = []
+        behind = f"_behind_{len(reports):03d}"  # a run that goes on with more episodes flies and fits these anew
         if self.settings.pushed:
             for number in range(len(reports)):
-                pushed += self._episode("pushed", number, equations)
+                pushed += self._episode("pushed", number, equations, behind)
         # A warm start keeps terms that were chosen from fewer rows; the last fit chooses among all of them anew.
-        equations = self._fit("equations", [*episodes, *pushed], None)
+        equations = self._fit(f"base{behind}", [*episodes, *pushed], None)
         require_dependence(equations, Dataset(episodes).transitions(), self.plant.robot.recipe.dependencies)
         return BaseModel(equations, tuple(episodes), tuple(pushed), tuple(reports))
 
@@ -193,10 +194,10 @@ class _Loop:
 
         return self.record.equations(name, fit)
 
-    def _episode(self, kind: str, number: int, equations: Equations | None) -> list[Trajectory]:
+    def _episode(self, kind: str, number: int, equations: Equations | None, behind: str = "") -> list[Trajectory]:
         """One trajectory or, of random commands, as many as fill the episode."""
         if number > 0:
-            return [self._fly(f"{kind}_{number:03d}", kind, number, equations, self.settings.steps)]
+            return [self._fly(f"{kind}_{number:03d}{behind}", kind, number, equations, self.settings.steps)]
         tries: list[Trajectory] = []
         left = self.settings.steps
         while left >= SHORTEST_TRY:

@@ -1,7 +1,8 @@
 """Take-off, flights to a place and landing: geometric tracking of a straight line, with an integral of the error.
 
 The geometric controller knows a mass and no model. What the mass or the thrust map is wrong by, the integral takes up,
-so that a robot with a fifth of its thrust missing still arrives; a landing goes on with what the take-off has learned.
+so that a robot with a fifth of its thrust missing still arrives; a landing, a blind one too, goes on with what the
+take-off has learned.
 """
 
 from __future__ import annotations
@@ -12,13 +13,14 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from sym2real.control.geometric_quadrotor import GeometricQuadrotor, body_axes
+from sym2real.control.geometric_quadrotor import Gains, GeometricQuadrotor, body_axes
 from sym2real.robots import Robot
 from sym2real.robots.robot import GRAVITY
 from sym2real.trajectory import Array
 
 INTEGRAL_RATE = 0.6  # 1/s: m of shift per m of error and s; a third of what the position loop would take
 MOST_TRIM = np.array([0.5, 0.5, 1.2])  # m of shift; 8 m/s² of thrust per m
+GAINS = Gains()
 SPEED = 0.4  # m/s
 LEVELLING = 6.0  # 1/s: rad/s of rate per rad of tilt, without a position
 
@@ -75,7 +77,7 @@ class SafeFlight:
         """Fly along a line from now on."""
         self._line, self._steps = line, 0
         robot = self.robot
-        self._controller = GeometricQuadrotor(self.mass, robot.low, robot.high, robot.dt, line)
+        self._controller = GeometricQuadrotor(self.mass, robot.low, robot.high, robot.dt, line, gains=GAINS)
 
     def act(self, state: Array) -> Array:
         """Action ``# (4,)`` for a state of finite numbers ``# (13,)``; a call is one control period."""
@@ -94,10 +96,11 @@ class SafeFlight:
 
         Args:
             attitude: quaternion w x y z, body→world ``# (4,)``, or None where it is not known.
-            part_of_weight: thrust as a part of the weight.
+            part_of_weight: thrust as a part of what holds the weight, by the integral so far.
         """
         rates = np.zeros(3)
         if attitude is not None:
             up = body_axes(attitude / np.linalg.norm(attitude))[2]  # the world's z axis in body axes
             rates[:2] = LEVELLING * np.array([-up[1], up[0]])  # the body's z axis × up
-        return np.array([part_of_weight * self.mass * GRAVITY, *rates])
+        hover = self.mass * (GRAVITY + GAINS.position * self._trim[2])
+        return np.array([part_of_weight * hover, *rates])

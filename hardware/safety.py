@@ -35,7 +35,7 @@ class Limits:
         overruns: actions in a row that may come after their period.
         landing: longest landing, s.
         blind: longest landing without position or attitude, s.
-        blind_thrust: its thrust, as a part of the weight.
+        blind_thrust: its thrust, as a part of what has held the robot up so far.
         descent: speed of a landing, m/s.
         touchdown: height above the ground at which motors are cut, m.
     """

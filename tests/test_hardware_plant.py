@@ -106,8 +106,25 @@ def test_lost_data_land_blind(source: str, phase: str, threshold: float) -> None
     assert 0.0 < when - lost - threshold < 0.05
     blind = [row for row in flown.rows if row.command.phase == "blind landing"]
     assert blind[-1].reading.time - blind[0].reading.time <= 3.0 + 0.05
-    assert blind[0].sent[0] == pytest.approx(0.99 * 0.94 * CRAZYFLIE.rest[0])
+    # Take-off has learned that what holds this robot is its weight, to half a percent.
+    assert blind[0].sent[0] == pytest.approx(0.99 * 0.94 * CRAZYFLIE.rest[0], rel=0.005)
     assert flown.link.stopped
+
+
+@pytest.mark.parametrize("gain", [0.8, 1.2])
+def test_a_blind_landing_goes_down_where_the_thrust_map_is_wrong(gain: float) -> None:
+    """By the weight alone a robot with a fifth more thrust than its map says climbs to 6 m until its motors are cut."""
+    flown = Flown(("gain:thrust", {"value": gain}))
+    flown.plant.reset(PLACE)
+    flown.link.lost["pose"] = flown.clock.now()
+    while not flown.plant.crashed:
+        flown.plant.step(REST / gain)
+    heights, climbs = np.array(
+        [row.reading.state[[2, 9]] for row in flown.rows if row.command.phase == "blind landing"]
+    ).T
+    assert heights.max() < heights[0] + 0.02
+    assert climbs.min() > -1.5
+    assert flown.link.plant.true_state[2] < LANDED
 
 
 def test_a_landing_steers_again_when_poses_come_back() -> None:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from threading import Event, Thread
 
 import numpy as np
 import pytest
@@ -16,7 +16,8 @@ from hardware.crazyflie.laboratory import CrazyflieLaboratory
 from hardware.fakes.crazyflie import FakeCrazyflie
 from hardware.frame import Frame
 from hardware.motion_capture import LaboratoryCapture
-from hardware.ros1 import TRANSFORM, Message, Node
+from hardware.ros1 import POSE, TRANSFORM, Message, Node
+from hardware.ros1.capture import RosCapture, Topic
 from sym2real.errors import UnknownNameError
 from sym2real.robots import CRAZYFLIE
 
@@ -24,7 +25,7 @@ from sym2real.robots import CRAZYFLIE
 @contextmanager
 def told(uri: str, topic: str, fake: FakeCrazyflie) -> Iterator[None]:
     """Vicon's bridge, y axis upward: it sees the drone a hundred times a second."""
-    over = threading.Event()
+    over = Event()
     with Node("/vicon", uri, "127.0.0.1") as node:
         publisher = node.advertise(topic, TRANSFORM)
 
@@ -34,7 +35,7 @@ def told(uri: str, topic: str, fake: FakeCrazyflie) -> Iterator[None]:
                 half = np.sqrt(0.5)  # the body's axes seen from axes that are turned by -90° about x
                 publisher.publish(Message(time.time(), "vicon", ("cf1",), (x, z, -y, -half, 0.0, 0.0, half)))
 
-        thread = threading.Thread(target=tell)
+        thread = Thread(target=tell)
         thread.start()
         try:
             yield
@@ -55,6 +56,30 @@ def test_the_crazyflie_is_seen_by_a_topic_of_ros() -> None:
             np.testing.assert_allclose(reading.state[:3], fake.vehicle.state[:3], atol=0.01)
             assert reading.extra["capture_yaw"] == pytest.approx(0.0, abs=1e-6)
             wait_for(lambda: opened.link.state().ages["pose"] < 1.0)
+
+
+def test_a_pose_that_is_told_again_with_its_stamp_is_none_of_now() -> None:
+    """How a node that looks up transforms tells of a body that is lost: a car would drive on in the place it had."""
+    told, over = Event(), Event()
+    with master() as uri, Node("/tells", uri, "127.0.0.1") as tells, Node("/hears", uri, "127.0.0.1") as hears:
+        publisher, capture = tells.advertise("/pose", POSE), RosCapture(hears, Topic("/pose"))
+
+        def tell() -> None:
+            while not over.wait(0.01):
+                publisher.publish(Message(5.0 + told.is_set(), "", (), (1.0, 2.0, 0.5, 0.0, 0.0, 0.0, 1.0)))
+
+        thread = Thread(target=tell)
+        thread.start()
+        try:
+            capture.connect()
+            first = capture.latest()
+            time.sleep(0.2)
+            assert capture.latest() is first
+            told.set()
+            wait_for(lambda: capture.latest() is not first)
+        finally:
+            over.set()
+            thread.join()
 
 
 def test_a_kind_that_is_not_ros_is_the_librarys() -> None:

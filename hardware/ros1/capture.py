@@ -78,7 +78,8 @@ class RosCapture:
     def _receive(self, message: Message) -> None:
         arrival = self._clock.now()
         place, (x, y, z, w) = np.array(message.numbers[:3]), message.numbers[3:]
-        if not np.isfinite(message.numbers).all():  # how some systems tell of a body that they lost
+        again = self._poses and message.stamp == self._poses[-1].stamp
+        if again or not np.isfinite(message.numbers).all():  # how systems tell of a body that they lost
             return
         turned = np.array([w, x, y, z])
         attitude = self._frame.attitude(turned) if abs(turned @ turned - 1.0) < UNIT else None

@@ -126,6 +126,16 @@ def test_an_outlier_passes_nowhere_and_a_gap_begins_anew() -> None:
     assert filtered.add(silent) is after, "a pose without heading is none of a car"
 
 
+def test_a_pose_that_comes_behind_its_successor_does_not_turn_the_car_round() -> None:
+    """Its third turn, at 2 rad/s: a yaw that is counted from anew was a yaw rate of -120 rad/s for 50 ms."""
+    filtered = PoseFilter()
+    stamps = 0.01 * np.arange(950)
+    for stamp in np.where(np.arange(950) % 100 == 99, stamps - 0.015, stamps).tolist():
+        state = filtered.add(pose(stamp, 0.5 * stamp, 0.0, 2.0 * stamp))
+        assert np.isnan(state[6]) == (stamp == 0.0)
+        assert stamp == 0.0 or (state[4], state[6]) == pytest.approx((0.5, 2.0))
+
+
 def test_a_task_drives_as_in_simulation() -> None:
     task = make_task("circle", MUSHR, radius=1.5, speed=0.825)
     driven = Driven(start=(1.5, -0.3, 1.4))

@@ -23,6 +23,7 @@ class PoseFilter:
     def __init__(self) -> None:
         self._recent: deque[tuple[float, Array]] = deque(maxlen=MEDIAN)
         self._velocity = Velocity(WINDOW, longest=GAP)
+        self._yaw = 0.0
         self.state = np.full(7, math.nan)
 
     def add(self, pose: Pose) -> Array:
@@ -40,10 +41,8 @@ class PoseFilter:
 
     def _unwrapped(self, yaw: float) -> float:
         """The yaw nearest to the last one's, so that medians and slopes do not see whole turns."""
-        if not self._recent:
-            return yaw
-        last = float(self._recent[-1][1][2])
-        return last + math.remainder(yaw - last, 2.0 * math.pi)
+        self._yaw += math.remainder(yaw - self._yaw, 2.0 * math.pi)
+        return self._yaw
 
     def _median(self) -> tuple[float, Array]:
         """Of the recent poses, with the stamp in their middle."""

@@ -95,6 +95,18 @@ def test_same_noise_same_action_as_torch(name: str) -> None:
             one.remember(0.5 * (robot.low + robot.high))
 
 
+def test_a_plan_is_that_of_its_action_also_when_another_command_was_sent_since() -> None:
+    """States of a plan are told when they are asked for: a filter has gone on meanwhile, and they were 0.2 m off."""
+    told, late = (controller(MUSHR, add(MUSHR.nominal(), "lag:speed", {"value": 0.3}), "c") for _ in range(2))
+    for one in (told, late):
+        one.act(MUSHR.start, 0)
+        one.remember([0.0, 2.0])
+        one.act(MUSHR.start, 1)
+    states = told.plan.states
+    late.remember([0.0, -2.0])
+    torch.testing.assert_close(late.plan.states, states, rtol=0, atol=0)
+
+
 def test_states_are_those_of_float64_within_a_ten_thousandth() -> None:
     """Forty steps of one sample at a time, read through a cost that is a state column."""
     state, worst = disturbed_start(CRAZYFLIE), 0.0

@@ -16,6 +16,7 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Callable
+from copy import copy
 from dataclasses import replace
 from functools import partial
 
@@ -207,7 +208,8 @@ class MPPI:
         assert self._fused is not None
         memory, past, hidden = self._gone_by.memory(), self._gone_by.past(state), self._gone_by.hidden()
         measured, known = single(state, self.device), self._torch.given(inputs)
-        self._seen, self._plan = Seen(measured, known, self.mean, gone, noise, self._call, past, hidden), None
+        filters = copy(self.filters)  # as they are now: a command that is remembered moves them on
+        self._seen, self._plan = Seen(measured, known, self.mean, gone, noise, self._call, past, hidden, filters), None
         known = self._torch.nothing if known is None else known
         reference = self._torch.references.after(step)
         given = Call(measured, known, reference, self.mean, gone, self.seed, self._call, noise, memory, past, hidden)
@@ -227,7 +229,8 @@ class MPPI:
             seen = self._seen
             noise = self._fused.noise(self.seed, seen.call) if seen.noise is None else seen.noise
             actions = torch.clamp(seen.mean + noise, self._low, self._high)
-            states = self._torch.rollout(seen.state, actions, seen.inputs, past=seen.past, hidden=seen.hidden)
+            acting = actions if seen.filters is None else seen.filters.apply(actions)
+            states = self._torch.rollout(seen.state, acting, seen.inputs, past=seen.past, hidden=seen.hidden)
             self._plan = Plan(states, actions, self._costs, weigh(self._costs, self.settings.temperature))
         return self._plan
 

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
+from sym2real.effects.filters import FilterState
+
 
 @dataclass(frozen=True)
 class Plan:
@@ -42,6 +44,7 @@ class Seen:
     call: int
     past: Tensor | None = None
     hidden: Tensor | None = None
+    filters: FilterState | None = None
 
     @property
     def mean(self) -> Tensor:

@@ -83,6 +83,11 @@ class HardwarePlant:
         return np.zeros(self.layouts.inputs.size)
 
     @property
+    def measured_at(self) -> float:
+        """When the state was measured that was returned last, s."""
+        return self._acting.periods.began
+
+    @property
     def missed(self) -> int:
         """Control periods that went by without an action since the last :meth:`reset`."""
         return self._acting.periods.missed

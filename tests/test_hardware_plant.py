@@ -13,10 +13,12 @@ from hardware.pilot import FlightPilot
 from hardware.plant import HardwarePlant
 from hardware.row import Row
 from sym2real.adaptation import tracking_error
+from sym2real.adaptation.target import Flights
 from sym2real.control import geometric_controller
 from sym2real.effects import effect
 from sym2real.errors import ShapeError
 from sym2real.plants import run_episode
+from sym2real.protocols import Controller
 from sym2real.robots import CRAZYFLIE
 from sym2real.tasks import make_task
 from sym2real.trajectory import Array
@@ -25,6 +27,21 @@ from tests.hardware_link import SimulatedLink, TestClock
 PLACE = np.array([0.3, 0.2, 0.8, 1.0, *[0.0] * 9])
 REST = CRAZYFLIE.rest
 LANDED = 0.0125 + 0.04 + 0.001  # m: on the ground, touch-down, and a little
+
+
+class Held:
+    """A controller that is now and then held up, and keeps its last action where it is told no state."""
+
+    def __init__(self, controller: Controller, clock: TestClock) -> None:
+        self.controller, self.clock, self.last = controller, clock, REST
+        self.reset, self.remember = controller.reset, controller.remember
+
+    def act(self, state: Array, step: int, inputs: Array | None = None) -> Array:
+        if step % 40 == 39:
+            self.clock.time += 0.04
+        if np.isfinite(state).all():
+            self.last = self.controller.act(state, step, inputs)
+        return self.last
 
 
 class Flown:
@@ -70,6 +87,32 @@ def test_the_start_is_reached_with_a_fifth_of_the_thrust_missing() -> None:
     assert np.linalg.norm(state[:3] - PLACE[:3]) < 0.1
     flown.plant.land()
     assert flown.link.plant.true_state[2] < LANDED
+
+
+def test_a_flight_that_missed_periods_and_poses_is_learned_from_at_its_true_times() -> None:
+    """Four times another program takes the processor for two periods; twice a pose comes too late for a velocity."""
+    flown, task = Flown(), make_task("circle", CRAZYFLIE)
+    measured, late = flown.link.state, (180, 240)
+
+    def seen() -> Reading:
+        reading = measured()
+        if len(flown.rows) in late:
+            reading.state[7:10] = math.nan
+        return reading
+
+    def controller(*_: object, **__: object) -> Held:
+        return Held(geometric_controller(CRAZYFLIE, task.reference), flown.clock)
+
+    flown.link.state = seen  # type: ignore[method-assign]
+    flights = Flights(flown.plant, CRAZYFLIE, task, 200, None, 0, lambda _: None, controller)
+    log = flights.log(0, CRAZYFLIE.nominal())
+    assert flown.plant.missed == 4
+    assert all(np.isnan(flown.rows[row].reading.state).any() for row in late)
+    assert flights.judged(log)[0] is False, "no row is missing, so it is no crash"
+    assert np.isfinite(log[0].state).all()
+    np.testing.assert_allclose(np.diff(log[0].time), CRAZYFLIE.dt)
+    way, speed = np.diff(log[0].state[:, :3], axis=0), log[0].state[:, 7:10]
+    np.testing.assert_allclose(way, CRAZYFLIE.dt * (speed[1:] + speed[:-1]) / 2, atol=2e-3)
 
 
 def test_what_was_sent_is_told_apart_from_what_was_asked() -> None:

@@ -14,6 +14,7 @@ from sym2real.adaptation.episode_report import episode_cost, episode_error, posi
 from sym2real.adaptation.progress import OnProgress, Progress
 from sym2real.dataset import Dataset
 from sym2real.layout import Layouts
+from sym2real.logs.equal_steps import without_holes
 from sym2real.neural.model_folder import Model
 from sym2real.plants import run_episode
 from sym2real.protocols import Controller, Plant
@@ -79,7 +80,7 @@ class Flights:
         }
 
     def log(self, number: int, model: Model) -> Dataset:
-        """An episode with MPPI and this model."""
+        """An episode with MPPI and this model; of a robot that missed periods or poses, without these holes."""
         draw = np.random.default_rng([self.seed, number])
         seeds = draw.integers(2**31, size=2).tolist()
         controller = self.controller(model, self.robot, self.task, samples=self.samples, seed=seeds[0])
@@ -94,7 +95,7 @@ class Flights:
             on_step=lambda step, *_: self.on_progress(Progress(what, step + 1, self.steps)),
             name=f"round_{number:02d}",
         )
-        return Dataset([episode])
+        return Dataset([without_holes(episode, self.plant.dt)])
 
     def judged(self, log: Dataset) -> tuple[bool, float, float]:
         """A crash ends an episode; position error and cost count the rows that it has taken."""

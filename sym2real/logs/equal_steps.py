@@ -38,6 +38,21 @@ def equal_steps(log: Trajectory, dt: float | None = None) -> list[Trajectory]:
     return pieces
 
 
+def without_holes(log: Trajectory, dt: float) -> Trajectory:
+    """A log of as many rows whose stamps are whole periods of ``dt`` apart, where some are lost or hold no numbers.
+
+    What was commanded in each row stays, and goes on in those that are lost; states go on from what is known around.
+    """
+    periods = np.maximum(np.ceil(np.diff(log.time) / dt - 0.5), 1.0)
+    log = replace(log, time=dt * np.concatenate([[0.0], np.cumsum(periods)]))
+    known = np.isfinite(log.state).all(axis=1)
+    parts = {name: getattr(log, name)[known] for name in ("time", *GROUPS)}
+    extra = {name: values[known] for name, values in log.extra.items()}
+    made = _resampled(replace(log, **parts, extra=extra), dt)
+    held = np.searchsorted(log.time, made.time + 0.5 * dt) - 1
+    return replace(made, action=log.action[held]).rows(0, len(log))
+
+
 def _mean_step(log: Trajectory) -> float:
     """Mean time between rows in s, gaps left out: jitter moves the usual one, and lost rows this one."""
     intervals = np.diff(log.time)

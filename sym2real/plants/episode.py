@@ -35,7 +35,8 @@ def run_episode(
     """Let a controller act for a number of steps, or until the plant crashes.
 
     Every row is a measured state and the action that was sent on it, as the plant says; the answer to the last action
-    is not a row, so the state that a crash leaves behind is not in the trajectory.
+    is not a row, so the state that a crash leaves behind is not in the trajectory. A robot's plant says by
+    ``measured_at`` when it measured its state, s; a simulator's periods are even.
 
     Args:
         plant: what is acted on.
@@ -65,33 +66,39 @@ def run_episode(
     state = plant.reset(start, seed)
     controller.reset()
     pushes = repeat(None, steps) if wrench is None else wrench[:steps]
-    states, actions, inputs = _closed_loop(plant, controller, state, pushes, on_step)
-    time = plant.dt * np.arange(len(states), dtype=np.float64)
-    references = {} if task is None else _references(task, time, plant)
+    states, actions, inputs, stamps = _closed_loop(plant, controller, state, pushes, on_step)
+    even = plant.dt * np.arange(len(states), dtype=np.float64)
+    time = stamps - stamps[0] if hasattr(plant, "measured_at") else even
+    references = {} if task is None else _references(task, even, plant)
     notes = ("ended by a crash",) if plant.crashed else ()
     return Trajectory(time, states, actions, inputs, plant.layouts, extra=references, name=name, notes=notes)
 
 
 def _closed_loop(
     plant: Plant, controller: Controller, state: Array, pushes: Iterable[Array | None], on_step: OnStep | None
-) -> tuple[Array, Array, Array]:
-    """States, actions and inputs ``# (rows, …)``, one row per push, from the state that the reset plant measured."""
+) -> tuple[Array, Array, Array, Array]:
+    """States, actions and inputs ``# (rows, …)``, one row per push, from the state that the reset plant measured.
+
+    At last, when each state was measured, where the plant says so ``# (rows,)``.
+    """
     rows = []
     for step, push in enumerate(pushes):
         if push is not None:
             plant.push(push)  # type: ignore[attr-defined]
-        held = plant.inputs
+        held, stamp = plant.inputs, getattr(plant, "measured_at", 0.0)
         action = np.asarray(controller.act(state, step, held), dtype=np.float64)
+        if step == 0:  # a start is held, and measured again, until the first action is there
+            stamp = getattr(plant, "measured_at", 0.0)
         measured, state = state, plant.step(action)
         sent = plant.sent
-        rows.append((measured, sent, held))
+        rows.append((measured, sent, held, stamp))
         controller.remember(sent)
         if on_step is not None:
             on_step(step, measured, sent)
         if plant.crashed:
             break
-    states, actions, inputs = map(np.array, zip(*rows, strict=True))
-    return states, actions, inputs
+    states, actions, inputs, stamps = map(np.array, zip(*rows, strict=True))
+    return states, actions, inputs, stamps
 
 
 def _references(task: Task, time: Array, plant: Plant) -> dict[str, Array]:

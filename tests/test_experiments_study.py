@@ -151,6 +151,15 @@ def test_how_soon_a_curve_converges() -> None:
     assert trajectories_to_converge(np.array([0.5, 0.11, 0.1, 0.1, 0.1])) == 2
 
 
+def test_what_is_asked_for_twice_is_asked_once() -> None:
+    """A seed that counted twice made an interval of no width."""
+    assert QUICK.of_seeds((2, 1, 2)).seeds == (2, 1)
+    assert QUICK.of_seeds(()).seeds == QUICK.seeds
+    suite = load_suite("sim2sim").only(["com-1", "com-1"], ["sr-nn", "sr-sr", "sr-nn"])
+    assert [case.name for case in suite.cases] == ["com-1"]
+    assert suite.contestants == ("sr-nn", "sr-sr")
+
+
 def test_a_ratio_has_the_interval_of_its_seeds() -> None:
     generator = np.random.default_rng(1)
     covered = 0

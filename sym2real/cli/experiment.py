@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 
-from sym2real.cli.numbers import Count
+from sym2real.cli.numbers import Count, Seed
 from sym2real.cli.positionals import ExperimentPlace, JsonFile
 from sym2real.errors import ModelError
 
@@ -46,7 +46,7 @@ class RunExperiment:
     """Only these cases of a file."""
     contestants: tuple[str, ...] = ()
     """Only these ways to adapt (the list shows them)."""
-    seeds: tuple[int, ...] = ()
+    seeds: tuple[Seed, ...] = ()
     """Only these seeds; 1 2 3 by default."""
     jobs: Count = 2
     """Processes on this machine, each on one thread."""
@@ -65,8 +65,8 @@ class RunExperiment:
         from sym2real.experiments.study.effort import FULL, QUICK
         from sym2real.experiments.study.sweep import run_sweep
 
-        chosen, effort = experiment(self.name, self.cases, self.contestants), FULL if self.full else QUICK
-        effort = replace(effort, seeds=self.seeds or effort.seeds)
+        chosen = experiment(self.name, self.cases, self.contestants)
+        effort = (FULL if self.full else QUICK).of_seeds(self.seeds)
         console.print(f"preparing {self.name}", style="dim", markup=False)
         jobs = chosen.jobs(effort)
         with sweep_progress(console, self.out) as on_progress:

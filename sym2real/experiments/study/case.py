@@ -114,8 +114,8 @@ class Suite:
             CONTESTANTS[name]  # refuses what does not exist
         return replace(
             self,
-            cases=tuple(known[name] for name in cases) or self.cases,
-            contestants=tuple(contestants) or self.contestants,
+            cases=tuple(known[name] for name in dict.fromkeys(cases)) or self.cases,
+            contestants=tuple(dict.fromkeys(contestants)) or self.contestants,
         )
 
 

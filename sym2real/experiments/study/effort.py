@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 from typing import Any, ClassVar
 
 
@@ -39,6 +39,10 @@ class Effort:
     neural_episodes: Mapping[str, int] | None = None
     policy_steps: int = 0
     everywhere: bool = False
+
+    def of_seeds(self, seeds: Sequence[int]) -> Effort:
+        """The same with these seeds, each once: one that is said twice would make an interval of no width."""
+        return replace(self, seeds=tuple(dict.fromkeys(seeds)) or self.seeds)
 
     def to_dict(self) -> dict[str, Any]:
         """What an answer depends on, as JSON holds it; the seeds belong to the jobs."""

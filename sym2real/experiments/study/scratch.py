@@ -89,7 +89,7 @@ def scratch_jobs(effort: Effort) -> list[Job]:
 
 
 def trajectories_to_converge(errors: np.ndarray) -> int:
-    """The fewest trajectories from which on the error is within a tenth of the converged one.
+    """The fewest trajectories after which the error is within a tenth of the converged one.
 
     Args:
         errors: after every trajectory ``# (trajectories,)``; the last three are the converged one.

@@ -9,11 +9,15 @@ from typing import Any
 
 import numpy as np
 import pytest
+import torch
 
 from sym2real.cli import main
 from sym2real.control import RandomCommands
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import add
+from sym2real.errors import DataError
+from sym2real.experiments.learning import from_description, trained_dependence
+from sym2real.experiments.models import base_folder, cached_base
 from sym2real.experiments.study import effort as efforts
 from sym2real.experiments.study import zero_shot
 from sym2real.experiments.study.adapting import Adapted
@@ -23,6 +27,7 @@ from sym2real.experiments.study.contestants import MOST_LOGS, WhenDoubled
 from sym2real.experiments.study.curves import Curve, ratio
 from sym2real.experiments.study.effort import FULL, QUICK
 from sym2real.experiments.study.judged import Reference, has_reference, judge, planning_with, planning_with_mujoco
+from sym2real.experiments.study.neural_base import cached_ensemble
 from sym2real.experiments.study.noisy_logs import NoisyFit
 from sym2real.experiments.study.policy import targets, trained
 from sym2real.experiments.study.scratch import FromScratch, trajectories_to_converge
@@ -30,7 +35,7 @@ from sym2real.experiments.study.suites import contestants_of, suite_outcome
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.report.experiment import outcome_figure, outcome_table
 from sym2real.report.style import save
-from sym2real.robots import CRAZYFLIE
+from sym2real.robots import CRAZYFLIE, ROBOTS
 
 BASE = CRAZYFLIE.nominal()  # a learned one takes minutes, and whatever is adapted is adapted alike
 SMALL = replace(
@@ -149,6 +154,26 @@ def test_how_soon_a_curve_converges() -> None:
     assert falling.final.mean() == pytest.approx(0.1)
     assert curve(0.1, 0.1, 0.1, 0.1).trajectories == 0
     assert trajectories_to_converge(np.array([0.5, 0.11, 0.1, 0.1, 0.1])) == 2
+
+
+def test_bases_that_were_being_kept_when_their_process_ended_are_learned_anew(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("platformdirs.user_cache_dir", lambda _: tmp_path)
+    effort = replace(SMALL, members=2, widths=(4,), neural_flights=2)
+    first = cached_ensemble(ROBOTS["mushr"], effort)
+    (kept,) = tmp_path.glob("*/ensemble-mushr-*-2x4")
+    (kept / "model.json").unlink()  # the last of its files
+    again = cached_ensemble(ROBOTS["mushr"], effort)
+    assert all(torch.equal(value, again.state_dict()[name]) for name, value in first.state_dict().items())
+
+    learned, folder = from_description(ROBOTS["cart_pole"]), base_folder(ROBOTS["cart_pole"])
+    (folder / "training.json").mkdir(parents=True)  # so that its second file cannot be written
+    with pytest.raises(DataError):
+        learned.save(folder)
+    (folder / "training.json").rmdir()
+    cached_base(ROBOTS["cart_pole"])
+    assert trained_dependence(folder)
 
 
 def test_what_is_asked_for_twice_is_asked_once() -> None:

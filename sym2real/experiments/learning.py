@@ -59,13 +59,13 @@ class Learned:
 
     def save(self, folder: Path) -> None:
         """Write the model folder, with ``training.json`` beside the equations."""
-        save_model(self.equations, folder)
         training = {
             "dependence": [asdict(row) for row in self.dependence],
             "region": self.region,
             "episodes": [asdict(report) for report in self.reports],
         }
         write_text(folder / TRAINING, json.dumps(training, indent=1))
+        save_model(self.equations, folder)  # last: a cached base is there when its equations are
 
 
 @dataclass(frozen=True)

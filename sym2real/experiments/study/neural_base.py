@@ -19,6 +19,7 @@ from sym2real.neural import Ensemble, EnsembleTraining, open_model, save_model
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.protocols import Controller
 from sym2real.robots import Robot
+from sym2real.symbolic.storage import INVENTORY
 from sym2real.tasks import Task
 from sym2real.tasks.task import flies
 from sym2real.trajectory import Trajectory
@@ -40,7 +41,7 @@ def cached_ensemble(robot: Robot, effort: Effort) -> Ensemble:
     folder = make_folder(base_folder(robot).parent)
     model = folder / f"ensemble-{robot.name}-{effort.neural_flights}-{effort.members}x{shape}"
     with FileLock(f"{model}.lock"):
-        if not model.exists():
+        if not (model / INVENTORY).exists():  # it takes its place last
             flights = (quadrotor_flights if flies(robot) else car_drives)(effort.neural_flights, SEED)
             save_model(training(robot, effort, SEED).fit(flights.transitions()), model)
         opened = open_model(model)

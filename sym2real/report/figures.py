@@ -104,6 +104,8 @@ def ladder_figure(stages: Sequence[Stage], floor: Sequence[Floor]) -> Figure:
 def predictions_of(models: Mapping[str, Predicting], data: Dataset) -> dict[str, Figure]:
     """For every log that is long enough, by its name, every signal: measured, and predicted in pieces of 0.8 s.
 
+    Logs of one name, as of files in several folders, have their number ahead of it.
+
     Args:
         models: at most two, by what they are called.
         data: logs with the models' columns.
@@ -113,12 +115,13 @@ def predictions_of(models: Mapping[str, Predicting], data: Dataset) -> dict[str,
         return {}
     variants = Given(tuple(models.values()), tuple(Switch(name, "") for name in [*models][1:]))
     charts = curves(observe(variants, Dataset(logs))).charts
-    names = ("measured", *models)
+    names, files = ("measured", *models), [safe_name(log.name) for log in logs]
     figures = {}
     for place, log in enumerate(logs):
         own = [_of_log(chart, place, names) for chart in charts]
         title = f"{log.name}: measured, and predicted {JUDGED_AT:g} s ahead"
-        figures[log.name] = charts_figure(own, title, beside=SIGNALS_A_ROW)
+        alone = files.count(files[place]) == 1
+        figures[log.name if alone else f"{place + 1}_{log.name}"] = charts_figure(own, title, beside=SIGNALS_A_ROW)
     return figures
 
 

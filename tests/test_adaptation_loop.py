@@ -25,12 +25,13 @@ from sym2real.adaptation.rounds import Rounds, report_of
 from sym2real.adaptation.training import Training
 from sym2real.control import RandomCommands, geometric_controller
 from sym2real.dataset import Dataset, Transitions
+from sym2real.diagnosis import add
 from sym2real.effects import compose, effect
 from sym2real.errors import DataError, ModelError
 from sym2real.experiments.learners import NoResidual
 from sym2real.logs import read_log, read_logs
-from sym2real.neural import Composed, ResidualMLP
-from sym2real.plants import MujocoPlant, run_episode
+from sym2real.neural import Composed, Descent, EnsembleTraining, ResidualMLP, ResidualTraining
+from sym2real.plants import EquationsPlant, MujocoPlant, run_episode
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
 from sym2real.symbolic import Equations
 from sym2real.tasks import make_task
@@ -45,6 +46,32 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def adapted(folder: Path) -> Adaptation:
     return adapted_to_wind(folder)
+
+
+def test_a_folder_knows_the_model_that_was_its_target(tmp_path: Path) -> None:
+    """Else the drives in one model are gone on with as if they had been in the other."""
+    base, settings, task = MUSHR.nominal(), Adapting(rounds=1, steps=20, samples=16), make_task("circle", MUSHR)
+    targets = [EquationsPlant(add(base, "offset:steer", {"value": value}), MUSHR) for value in (0.05, 0.2)]
+    for target in (targets[0], targets[0]):
+        adapt(base, target, task, NoResidual(), settings, folder=tmp_path)
+    with pytest.raises(ModelError, match="a run with other settings"):
+        adapt(base, targets[1], task, NoResidual(), settings, folder=tmp_path)
+
+
+def test_seeds_may_be_numpys(tmp_path: Path) -> None:
+    """As of ``for seed in np.arange(3)``."""
+
+    def run(one: Any, folder: Path | None = None) -> Adaptation:
+        learner = ResidualTraining(widths=(4,), steps=2, penalties=(0.1,), descent=Descent(steps=4), seed=one)
+        settings = Adapting(rounds=1, steps=60, samples=16, seed=one)
+        task = make_task("circle", MUSHR)
+        return adapt(MUSHR.nominal(), MujocoPlant(MUSHR), task, learner, settings, folder=folder)
+
+    theirs, ours = run(np.int64(1), tmp_path), run(1)
+    for log, other in zip(theirs.logs, ours.logs, strict=True):
+        np.testing.assert_array_equal(log[0].state, other[0].state)
+    networks = EnsembleTraining(members=2, widths=(4,), seed=np.int64(1), descent=Descent(steps=2))
+    assert networks.fit(Dataset(ours.logs[0]).transitions()).widths == (4,)
 
 
 def test_errors_fall_with_the_first_trajectory(adapted: Adaptation) -> None:

@@ -52,7 +52,7 @@ def beyond_limits(model: Model, base: Model, logs: Sequence[Trajectory], robot: 
 def _noise(robot: Robot, steps: int, seed: int) -> Tensor:
     """Of the commands, as MPPI draws it ``# (rollouts, steps, action)``."""
     spread = deviations(robot.mppi.noise, len(robot.layouts.action))
-    return sample(ROLLOUTS, smoothing(steps, robot.dt, robot.mppi), spread, torch.Generator().manual_seed(seed))
+    return sample(ROLLOUTS, smoothing(steps, robot.dt, robot.mppi), spread, torch.Generator().manual_seed(int(seed)))
 
 
 def _rolled_out(

@@ -105,7 +105,7 @@ class MPPI:
         require_choices(backend, self.period)
         self.model, self.robot, self.task = planned_with(model, dtype), robot, task
         self.settings = settings or robot.mppi
-        self.device, self.dtype, self.seed = device_of(device), dtype, seed
+        self.device, self.dtype, self.seed = device_of(device), dtype, int(seed)
         self.filters, self._given = filters, draws
         self._gone_by = GoneBy(self.model, filters, self.device, dtype)
         self._spread = deviations(self.settings.noise, len(robot.layouts.action)).to(self.device, dtype)

@@ -114,7 +114,7 @@ class _Rows:
     def of(cls, transitions: Transitions, ensemble: Ensemble, seed: int) -> _Rows:
         """The bootstrap of every member over all folds but one, of which as many rows validate each."""
         blocks, folds = blocks_of(runs_of(transitions), 1, 0)
-        generator = torch.Generator().manual_seed(seed)
+        generator = torch.Generator().manual_seed(int(seed))
         rows = torch.cat([torch.arange(*block) for block in blocks])
         fold = torch.cat([torch.full((end - first,), at) for (first, end), at in zip(blocks, folds, strict=True)])
         count = max(folds) + 1  # the middle of a log first: of its beginning the rest tells least

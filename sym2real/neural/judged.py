@@ -41,7 +41,7 @@ class Judged:
         base, _ = batch.parts(batch.error.new_zeros(len(batch.scale), len(every), batch.moved.shape[-1]), every)
         self._weight = 1.0 / base.square().mean((0, 2, 3)).clamp(min=1.0)
         self._size = max(1, rows // len(batch.scale))
-        self._generator = torch.Generator().manual_seed(seed)
+        self._generator = torch.Generator().manual_seed(int(seed))
         self._order = torch.arange(0)
         self._judging = torch.arange(0, len(batch.starts), max(1, len(batch.starts) // JUDGING))
 

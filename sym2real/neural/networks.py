@@ -42,7 +42,7 @@ class Networks(nn.Module):
         if min((count, *sizes)) < 1:
             raise ShapeError(f"expected networks and layers of at least one unit, found {count} of {(*sizes,)}")
         self.count = count
-        generator = torch.Generator().manual_seed(seed)
+        generator = torch.Generator().manual_seed(int(seed))
         self.layers = nn.ModuleList(Layer(seen, out, count, generator) for seen, out in pairwise(sizes))
 
     @torch.no_grad()

@@ -41,7 +41,7 @@ def particle_rollouts(
         raise ShapeError(f"expected a multiple of the {members} members as the number of particles, found {particles}")
     if scheme not in ("TSinf", "TS1"):
         raise ShapeError(f"expected the scheme TSinf or TS1, found {scheme!r}")
-    generator = torch.Generator().manual_seed(seed)
+    generator = torch.Generator().manual_seed(int(seed))
     batch = torch.broadcast_shapes(state.shape[:-1], actions.shape[:-2])
     steps = actions.expand(*batch, *actions.shape[-2:]).reshape(-1, *actions.shape[-2:])
     at = state.expand(*batch, -1).reshape(-1, state.shape[-1]).repeat(particles, 1, 1)

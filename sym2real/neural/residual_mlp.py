@@ -71,7 +71,7 @@ class ResidualMLP(nn.Module):
         return {"widths": self.widths, "commands": self.commands, "states": self.states}
 
     def _begin(self, seed: int) -> None:
-        generator = torch.Generator().manual_seed(seed)
+        generator = torch.Generator().manual_seed(int(seed))
         with torch.no_grad():
             for linear in self._linears():
                 bound = (6.0 / linear.in_features) ** 0.5  # K. He et al., ICCV 2015, for ReLU

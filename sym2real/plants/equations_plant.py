@@ -37,7 +37,7 @@ class EquationsPlant(ModelPlant):
 
     def __init__(self, equations: Equations, robot: Robot) -> None:
         _require_steps(equations, robot)
-        self._equations = equations
+        self._equations, self.description = equations, equations.to_json()  # what tells it from another plant
         self._compiled = compile_model(equations, dtype=torch.float64)
         self._filters, self._sensors = FilterState(equations), Sensors(equations)
         super().__init__(self._advance, robot, equations.dt)

@@ -11,6 +11,7 @@ from rich.console import Console
 
 from hardware.checks import connected
 from hardware.robots import Kind
+from sym2real.cli.numbers import Seconds
 
 
 @dataclass(frozen=True)
@@ -21,7 +22,7 @@ class Checking(Generic[Kind]):
     """The robot and what sees it; what is measured must keep within half of the ages that its limits allow."""
     dry_run: bool = False
     """Taken as by every launch script; a check sends nothing anyway."""
-    seconds: float = 3.0
+    seconds: Seconds = 3.0
     """How long to measure."""
     json: Path | None = None
     """Write the result to this file (- is standard output)."""

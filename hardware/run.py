@@ -20,6 +20,7 @@ from hardware.plant import HardwarePlant
 from hardware.provenance import about_run
 from hardware.recorder import Recorder, task_of
 from hardware.robots import Kind, of_every_robot
+from sym2real.cli.numbers import OptionalSamples, OptionalSeconds, Seed, steps_in
 from sym2real.cli.positionals import ModelPlace, TaskName
 from sym2real.errors import DataError
 from sym2real.protocols import Controller
@@ -47,11 +48,11 @@ class Run(Generic[Kind]):
     """New folder for the record, the task's log and the comparison."""
     laboratory: Annotated[Kind, tyro.conf.arg(name="")]
     """The robot and what sees it."""
-    seconds: float | None = None
+    seconds: OptionalSeconds = None
     """Length of the task; its own by default."""
-    samples: int | None = None
+    samples: OptionalSamples = None
     """MPPI samples; the robot's own number by default, and fewer where this machine cannot hold the period."""
-    seed: int = 0
+    seed: Seed = 0
     """Of the samples and of where the task starts."""
     dry_run: bool = False
     """Everything but arming and sending: MPPI plans for the robot where it stands."""
@@ -84,18 +85,18 @@ class Run(Generic[Kind]):
         return result | self._compare(model, console)
 
     def _go(self, link: RobotLink, controller: Controller, task: Task, console: Console) -> dict[str, Any]:
-        from sym2real.cli.numbers import steps_in  # noqa: PLC0415
         from sym2real.cli.progress import steps_progress  # noqa: PLC0415
         from sym2real.experiments.flying import fly  # noqa: PLC0415
 
         robot, seconds = self.laboratory.ROBOT, self.seconds or task.duration
+        steps = steps_in(seconds, robot.dt)
         about = about_run(self.task, self.model, link, self.laboratory.about)
         with (
             Recorder(self.record, robot, about) as recorder,
             HardwarePlant(link, self.laboratory.pilot(), record=recorder.add) as plant,
         ):
             console.print(self.laboratory.GOING)
-            with steps_progress(self.task, steps_in(seconds, robot.dt)) as on_step:
+            with steps_progress(self.task, steps) as on_step:
                 flight = fly(plant, controller, task, seconds=seconds, seed=self.seed, on_step=on_step, name=self.task)
             console.print(f"ended: {plant.ended}" if flight.crashed else self.laboratory.STOPPING)
             plant.land()

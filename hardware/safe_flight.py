@@ -14,6 +14,7 @@ import torch
 from torch import Tensor
 
 from sym2real.control.geometric_quadrotor import Gains, GeometricQuadrotor, body_axes
+from sym2real.errors import ShapeError
 from sym2real.robots import Robot
 from sym2real.robots.robot import GRAVITY
 from sym2real.trajectory import Array
@@ -62,10 +63,15 @@ class SafeFlight:
     Args:
         robot: its limits and control period.
         mass: kg; the robot's by default.
+
+    Raises:
+        ShapeError: for a mass that its thrust cannot lift, such as one in g, with which it would never come down.
     """
 
     def __init__(self, robot: Robot, mass: float | None = None) -> None:
         self.robot, self.mass = robot, robot.mass if mass is None else mass
+        if not 0.0 < self.mass * GRAVITY < robot.high[0]:
+            raise ShapeError(f"expected a mass in kg that {robot.high[0]:g} N lift, found {self.mass:g}")
         self.reset()
 
     def reset(self) -> None:

@@ -19,7 +19,7 @@ from hardware.crazyflie.thrust_map import THRUST_MAPS
 from hardware.interfaces import Reading
 from hardware.run import Run
 from hardware.safety import Limits
-from sym2real.errors import DataError, ModelError
+from sym2real.errors import DataError, ModelError, ShapeError
 from sym2real.logs.table import read_table
 from sym2real.robots import CRAZYFLIE, quadrotor
 from sym2real.symbolic.storage import save_model
@@ -107,6 +107,18 @@ def test_a_robot_that_does_not_answer_is_one_error(capsys: pytest.CaptureFixture
         )
     assert ended.value.code == 2
     assert "udp://127.0.0.1:1" in capsys.readouterr().err
+
+
+def test_numbers_that_no_flight_has_are_refused_before_it(model: str, tmp_path: Path, capsys: Any) -> None:
+    """No seconds were the task's own twenty; a mass in grams took off at full thrust, and landed at full thrust."""
+    for typed in (["--seconds", "0"], ["--seconds", "-3"], ["--samples", "0"], ["--seed", "-1"]):
+        with pytest.raises(SystemExit) as ended:
+            run_verb(Run[CrazyflieLaboratory], "fly", None, [model, "hover", "--out", str(tmp_path), "--sim", *typed])
+        assert ended.value.code == 2
+        assert "expected a" in capsys.readouterr().err
+    for mass in (32.0, 0.0, -0.03, float("nan")):
+        with pytest.raises(ShapeError, match="a mass in kg that"):
+            CrazyflieLaboratory(sim=True, mass=mass).pilot()
 
 
 def ground(**changed: object) -> list[Reading]:

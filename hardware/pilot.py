@@ -10,7 +10,17 @@ import numpy as np
 from hardware.errors import UnreachableError
 from hardware.interfaces import Command, Reading, Verdict
 from hardware.safe_flight import Line, SafeFlight
-from hardware.safety import FAR, Condition, Judgement, Limits, blind_reason, judge, knows_attitude, tilt_of
+from hardware.safety import (
+    FAR,
+    Condition,
+    Judgement,
+    Limits,
+    blind_reason,
+    judge,
+    knows_attitude,
+    require_possible,
+    tilt_of,
+)
 from sym2real.robots import Robot
 from sym2real.trajectory import Array
 
@@ -30,9 +40,13 @@ class FlightPilot:
         robot: a quadrotor with thrust and body-rate commands.
         limits: of the flight.
         mass: for landings, kg; the robot's by default.
+
+    Raises:
+        ShapeError: for limits or a mass that no flight has.
     """
 
     def __init__(self, robot: Robot, limits: Limits = LIMITS, mass: float | None = None) -> None:
+        require_possible(limits)
         self.robot, self.limits = robot, limits
         self.late, self.holding = limits.late, HOLDING
         self.safe = SafeFlight(robot, mass)

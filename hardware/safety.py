@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hardware.interfaces import Verdict
+from sym2real.errors import ShapeError
 from sym2real.trajectory import Array
 
 CUTS = ("tumbled", "locked", "crashed")  # flags of the supervisor under which the firmware turns no motor
@@ -55,6 +56,21 @@ class Limits:
     blind_thrust: float = 0.94
     descent: float = 0.3
     touchdown: float = 0.04
+
+
+def require_possible(limits: Limits) -> None:
+    """Refuse limits by which no flight would end well, such as a tilt in degrees or a thrust in percent.
+
+    Raises:
+        ShapeError: with what they must be.
+    """
+    fence = all(low < high for low, high in zip(limits.low, limits.high, strict=True))
+    angles = 0.0 < limits.tilt <= limits.upside_down <= math.pi
+    if not (fence and angles and 0.0 < limits.blind_thrust < 1.0 and 0.0 < limits.descent < math.inf):
+        raise ShapeError(
+            "limits: expected low corners below the high ones, 0 < tilt <= upside_down <= π rad, 0 < blind_thrust < 1 "
+            f"and a descent in m/s above 0, found {limits}"
+        )
 
 
 @dataclass(frozen=True, eq=False)

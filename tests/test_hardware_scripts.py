@@ -119,6 +119,10 @@ def test_numbers_that_no_flight_has_are_refused_before_it(model: str, tmp_path: 
     for mass in (32.0, 0.0, -0.03, float("nan")):
         with pytest.raises(ShapeError, match="a mass in kg that"):
             CrazyflieLaboratory(sim=True, mass=mass).pilot()
+    degrees, percent = Limits(tilt=70.0), Limits(blind_thrust=94.0)
+    for limits in (degrees, percent, Limits(low=(1.5, -1.5, 0.0), high=(-1.5, 1.5, 1.7)), Limits(descent=-0.3)):
+        with pytest.raises(ShapeError, match="limits: expected"):
+            CrazyflieLaboratory(sim=True, limits=limits).pilot()
 
 
 def ground(**changed: object) -> list[Reading]:

@@ -83,3 +83,15 @@ def test_a_blocked_radio_costs_old_packets_and_no_time() -> None:
     assert gone == [("set-point", 99), ("position", 99)]
     assert sender.replaced == 198
     sender.close()
+
+
+def test_a_packet_that_cannot_be_sent_keeps_no_other_from_going(caplog: pytest.LogCaptureFixture) -> None:
+    """The thread ended with it, and no set-point went out any more, the one that stops the motors neither."""
+    sender, gone = NewestOnly("set-point", "position"), list[str]()
+    sender.put("position", lambda: gone.append(str(1 / 0)))
+    assert sender.flush(10.0)
+    sender.put("set-point", lambda: gone.append("stop"))
+    assert sender.flush(10.0)
+    assert gone == ["stop"]
+    assert "division by zero" in caplog.text
+    sender.close()

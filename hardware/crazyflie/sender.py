@@ -6,9 +6,11 @@ something newer of its kind comes is replaced: an old set-point is worth nothing
 
 from __future__ import annotations
 
+import logging
 import threading
 from collections.abc import Callable
 
+LOGGER = logging.getLogger(__name__)
 Send = Callable[[], None]
 
 
@@ -63,5 +65,8 @@ class NewestOnly:
 
     def _run(self) -> None:
         while (send := self._next()) is not None:
-            send()
-            self.sent += 1
+            try:
+                send()
+                self.sent += 1
+            except Exception:  # the set-point that stops the motors may be the next
+                LOGGER.exception("a packet could not be sent")

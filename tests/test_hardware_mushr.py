@@ -69,6 +69,18 @@ def test_nothing_leaves_the_limits_or_changes_faster_than_they_allow(
         np.testing.assert_array_equal(sent, inside)
 
 
+def test_limits_by_which_a_car_would_not_brake_are_refused() -> None:
+    """With a negative braking it sped up to what its drivers take."""
+    for limits, car in (
+        (DriveLimits(braking=-2.5), CarLimits()),
+        (DriveLimits(low=(2.0, -3.2), high=(-2.0, 3.2)), CarLimits()),
+        (DriveLimits(), CarLimits(acceleration=-2.5)),
+        (DriveLimits(), CarLimits(steer=math.nan)),
+    ):
+        with pytest.raises(ShapeError, match="limits: expected"):
+            DrivePilot(MUSHR, limits, car)
+
+
 @given(
     reading=st.tuples(*[ANY] * 7),
     wanted=st.one_of(st.none(), st.tuples(ANY, ANY)),

@@ -14,6 +14,7 @@ from hardware.interfaces import Command, Reading, Verdict
 from hardware.mushr.limits import CarLimits
 from hardware.mushr.link import UNHEARD
 from sym2real.control.pure_pursuit import PurePursuit
+from sym2real.errors import ShapeError
 from sym2real.robots import Robot
 from sym2real.trajectory import Array
 
@@ -55,10 +56,21 @@ class DrivePilot:
         robot: a car with steering and speed commands.
         limits: of the drive.
         car: what its drivers take: braking begins at what they do, not at what a controller asked for.
+
+    Raises:
+        ShapeError: for limits by which no drive would end well.
     """
 
     def __init__(self, robot: Robot, limits: DriveLimits | None = None, car: CarLimits | None = None) -> None:
         self.robot, self.limits, self.car = robot, limits or DriveLimits(), car or CarLimits()
+        fence = all(low < high for low, high in zip(self.limits.low, self.limits.high, strict=True))
+        rates = self.limits.braking, self.car.acceleration, self.car.steer_rate
+        sizes = self.car.steer, self.car.forward, self.car.reverse
+        if not (fence and all(rate > 0.0 for rate in rates) and all(size >= 0.0 for size in sizes)):
+            raise ShapeError(
+                "limits: expected low corners below the high ones, rates and a braking above 0, and no negative angle "
+                f"or speed, found {self.limits}, {self.car}"
+            )
         self.late, self.holding = self.limits.late, HOLDING
         self._start()
 

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import ROWS, Comparison, Diagnosis, Floor, Tried
+from sym2real.diagnosis.data.preparation import told_apart
 from sym2real.diagnosis.data.windows import JUDGED_AT
 from sym2real.diagnosis.errors.rungs import Stage
 from sym2real.files import safe_name
@@ -104,13 +105,13 @@ def ladder_figure(stages: Sequence[Stage], floor: Sequence[Floor]) -> Figure:
 def predictions_of(models: Mapping[str, Predicting], data: Dataset) -> dict[str, Figure]:
     """For every log that is long enough, by its name, every signal: measured, and predicted in pieces of 0.8 s.
 
-    Logs of one name, as of files in several folders, have their number ahead of it.
+    Those whose names as files would be one have their number ahead of it.
 
     Args:
         models: at most two, by what they are called.
         data: logs with the models' columns.
     """
-    logs = [log for log in data if len(log) > ROWS]
+    logs = [log for log in told_apart(data) if len(log) > ROWS]
     if not logs:
         return {}
     variants = Given(tuple(models.values()), tuple(Switch(name, "") for name in [*models][1:]))

@@ -153,3 +153,13 @@ def test_the_fit_of_everything_is_the_least_of_errors_and_prior_wherever_the_pri
         beside[2 * place : 2 * place + 2, slot] += torch.tensor([-1.0, 1.0]) * 0.05 * scale[place]
     assert float(objective(best[None])) < float(objective(library.null[None]))
     assert bool((objective(beside) > objective(best[None])).all())
+
+
+def test_one_rate_command_may_have_a_gain_of_its_own() -> None:
+    """Both shared one, and roll alone was a flapping moment with a torque left over that depends on its command."""
+    data = flights_with("gain:wx_cmd", {"value": 1.4})
+    result = diagnose(
+        CRAZYFLIE.nominal(), data, exclude=[key for key in OTHERS if key not in ("gain:*", "flapping_moment")]
+    )
+    assert [one.effect for one in result.findings] == ["gain:wx_cmd"]
+    assert result.findings[0].values["value"] == pytest.approx(1.4, rel=0.05)

@@ -46,7 +46,6 @@ GAIN = Kind(
     searching=Searching(
         why_not=alone_on("motors"),
         stood_for_by=_stood_for_by,
-        shared=False,
         shown_in=by_role({"speed": (Shown.SPEEDS,)}, ()),
     ),
 )

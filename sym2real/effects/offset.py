@@ -48,7 +48,6 @@ OFFSET = Kind(
     searching=Searching(
         why_not=alone_on("motors"),
         stood_for_by=by_role({"rate command": "torque_bias"}, ""),
-        shared=False,
         shown_in=by_role({"speed": (Shown.SPEEDS,), "steering": (Shown.BOTH_WAYS,)}, ()),
     ),
     by_torque=by_role({"rate command": True}, False),

@@ -55,7 +55,6 @@ class Searching:
             (empty for an effect of no column).
         from_null: whether the null value is a start: false where nothing changes there.
         fixed: parameters that stay at null beside what else competes, from values as before and the logs.
-        shared: whether two lateral rate commands share its value: one loop, one radio. Else each has its own.
         choices: a parameter that is a choice among few, and its values.
         given: values that it always has in a search, by parameter.
         varying: columns that must vary for it to show; those that it is bound to need no mention.
@@ -68,7 +67,6 @@ class Searching:
     starts: Callable[[Body, Array], tuple[float, ...]] = lambda _body, _values: ()
     from_null: bool = True
     fixed: Callable[[Body, Array, Iterable[Trajectory]], tuple[str, ...]] = lambda _body, _values, _logs: ()
-    shared: bool = True
     choices: Callable[[Body], tuple[str, tuple[float, ...]]] | None = None
     given: Mapping[str, Expr | float] = field(default_factory=dict)
     varying: tuple[str, ...] = ()

@@ -103,9 +103,7 @@ def candidates(library: Library, data: Dataset) -> tuple[Candidate, ...]:
         keys: tuple[str, ...] = (key,)
         free: tuple[tuple[int, ...], ...] = tuple((slot,) for slot in slots)
         if key in twins:
-            keys, other = (key, twins[key]), library.indices(twins[key])
-            tied = tuple(zip(slots, other, strict=True))
-            free = tied if known_effect.searching.shared else (*free, *((slot,) for slot in other))
+            keys, free = (key, twins[key]), (*free, *((slot,) for slot in library.indices(twins[key])))
         candidates.append(
             Candidate(
                 key,

@@ -437,3 +437,30 @@ def test_a_log_needs_no_column_of_pushes_that_nobody_applied(tmp_path: Path) -> 
     np.savetxt(tmp_path / "short.csv", rows[:, :-1], delimiter=",", header=",".join(names[:-1]), comments="")
     with pytest.raises(DataError, match=r"columns of the model: drive \(N\)"):
         read_log(tmp_path / "short.csv", layouts=robot.layouts)
+
+
+ONE_JOINT = """<mujoco><worldbody><body><joint name="swing" axis="0 1 0"/><inertial pos="0 0 -0.5" mass="1"
+diaginertia="0.1 0.1 0.1"/></body></worldbody>
+<actuator><motor name="torque" joint="swing" ctrlrange="-6 6"/></actuator></mujoco>"""
+
+
+@pytest.mark.parametrize("key", ["lag:tau", "delay:tau"])
+def test_effects_find_actuators_whose_columns_are_called_otherwise(key: str) -> None:
+    """The lag of a renamed actuator did nothing in the simulator, nor did the part of a delay below a period."""
+
+    def turned(robot: Robot, key: str) -> Array:
+        plant = MujocoPlant(robot, [effect(key, robot).inject(value=0.03)])
+        plant.reset()
+        return np.array([plant.step(np.array([float(row > 1)])) for row in range(8)])
+
+    own = Robot.from_mjcf(ONE_JOINT, name="own")
+    (actuator,) = own.layouts.action.columns
+    renamed = Robot.from_mjcf(ONE_JOINT, name="renamed", actions={actuator: "tau"})
+    np.testing.assert_array_equal(turned(renamed, key), turned(own, key.replace("tau", actuator)))
+
+
+def test_an_action_cannot_be_called_like_another_actuator() -> None:
+    two = ONE_JOINT.replace("</actuator>", '<motor name="spare" joint="swing"/></actuator>')
+    (actuator,) = Robot.from_mjcf(ONE_JOINT, name="own").layouts.action.columns
+    with pytest.raises(ModelError, match="like no other actuator, found spare"):
+        Robot.from_mjcf(two, name="two", actions={actuator: "spare"})

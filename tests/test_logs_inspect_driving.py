@@ -58,6 +58,16 @@ def test_a_speed_near_that_of_the_path_is_one_whatever_its_map(tmp_path: Path, f
     assert logged(tmp_path, STEER, factor * SPEED).spec.columns["speed"].unit == unit
 
 
+@pytest.mark.parametrize(("factor", "unit"), [(1.0, ""), (100.0, "cm/s")])
+def test_a_velocity_to_the_side_that_is_always_zero_says_nothing_of_the_unit(
+    tmp_path: Path, factor: float, unit: str
+) -> None:
+    found = logged(tmp_path, STEER, SPEED, twist_vx=factor * SPEED, twist_vy=np.zeros(len(TIME)))
+    assert (found.spec.velocity_frame, found.spec.columns["vx"].unit) == ("body", unit)
+    evidence = next(row.evidence for row in found.rows if row.column == "twist_vx")
+    assert float(re.findall(r"moves (\S+) times", evidence)[0]) == pytest.approx(factor, rel=0.1)
+
+
 def test_a_log_of_a_car_whose_commands_are_counts_is_a_cars(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     covariances = {f"pose.covariance[{place}]": np.zeros(len(TIME)) for place in range(36)}
     logged(tmp_path, CENTRE + TRAVEL * STEER, MOST_TURNS * SPEED, **covariances)

@@ -283,3 +283,15 @@ def test_six_motors_are_found_by_their_numbers_or_are_lines_to_fill_in(name: str
             assert proposed.spec.columns[f"motor{number + 1}"].column == name.format(number)
         else:
             assert f'# motor{number + 1} = "…"  # 1: no column is called like it' in proposed.toml()
+
+
+def test_a_servos_command_goes_by_its_joints_name_in_python_too(tmp_path: Path) -> None:
+    servo = '<position name="target" joint="q1" kp="8" ctrlrange="-2 2"/>'
+    text = two_links.MJCF.replace("<actuator>", f"<actuator>{servo}")
+    robot = Robot.from_mjcf(text, actions=["target"], name="told")
+    time = 0.01 * np.arange(200)
+    angle = np.sin(time)
+    columns = {"t": time, "q1_deg": np.degrees(angle), "q2_deg": 0.5 * np.degrees(angle), "q1_cmd_deg": 57.3 * angle}
+    pd.DataFrame(columns).to_csv(tmp_path / "swing.csv", index=False)
+    found = inspect_logs(tmp_path / "swing.csv", layouts=robot.layouts, moved=robot.moved, ranges=robot.ranges)
+    assert (found.spec.columns["target"].column, found.spec.columns["target"].unit) == ("q1_cmd_deg", "deg")

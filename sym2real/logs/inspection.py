@@ -78,8 +78,9 @@ def inspect_logs(
         columns: names of the columns of text files that have no header.
         layouts: of the model whose logs they are: its own columns, such as those of joints, are looked for, and no
             others.
-        moved: joint that an action of the model moves, as far as that is known.
-        ranges: where its joints, and what they are told, end, rad or m: numbers far outside are in another unit.
+        moved: joint that an action of the model moves, as far as that is known: ``robot.moved``.
+        ranges: where its joints, and what they are told, end, rad or m: numbers far outside are in another unit;
+            ``robot.ranges``.
 
     Raises:
         DataError: when a file cannot be read, is too short, or has other columns than the first.

@@ -11,9 +11,7 @@ import torch
 from effects_cases import Run, change, predicted, simulated, wander
 
 from sym2real.cli import main
-from sym2real.dataset import Dataset
 from sym2real.diagnosis import try_effect
-from sym2real.diagnosis.estimate.simulator import flown_along
 from sym2real.effects import applicable, effect
 from sym2real.errors import ModelError
 from sym2real.experiments.noisy_runs import noisy_runs
@@ -21,7 +19,6 @@ from sym2real.plants import MujocoPlant
 from sym2real.robots import ROBOTS, Robot
 from sym2real.symbolic import compile_model, load_model
 from sym2real.tasks import make_task
-from sym2real.trajectory import Trajectory
 
 # Front rotors stand wider than those behind, on arms that are bodies of their own; the battery hangs below.
 MJCF = """
@@ -176,13 +173,3 @@ def test_rotors_of_a_file_without_a_keyframe_hover_at_rest() -> None:
     start, after = plant.reset(), plant.step(robot.rest)
     height = robot.layouts.state.index("vz")
     assert abs(after[height] - start[height]) < 1e-6 * 9.81 * robot.dt
-
-
-def test_logs_of_a_robot_that_nothing_holds_calibrate_nothing_and_say_why() -> None:
-    """A keyframe without thrust: that no gain holds it is no reason to give no answer."""
-    robot = Robot.from_mjcf(MJCF.replace('ctrl="0.46 0.46 0.46 0.46"', 'ctrl="0 0 0 0"'), name="falls")
-    state = np.tile(robot.start, (60, 1))
-    log = Trajectory.from_arrays(state, np.zeros((60, 4)), robot.layouts, dt=robot.dt, name="still")
-    flown, why = flown_along(robot.nominal(), MujocoPlant(robot), Dataset([log]))
-    assert flown is None
-    assert "expected a robot that can be held at its start" in why

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,7 +19,7 @@ from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.effects import effect
 from sym2real.experiments.excitation import dithered
 from sym2real.plants import MujocoPlant, run_episode
-from sym2real.robots import ROBOTS
+from sym2real.robots import ROBOTS, Robot
 from sym2real.tasks import make_task
 from sym2real.trajectory import Trajectory
 
@@ -63,3 +64,34 @@ def test_dry_friction_of_a_noisy_cart_is_as_large_as_it_is() -> None:
     found = diagnose(ROBOT.nominal(), data, exclude=OTHERS)
     assert [one.effect for one in found.findings] == [KEY]
     assert found.findings[0].values["value"] == pytest.approx(FRICTION, rel=0.2)
+
+
+RAIL = """<mujoco><option timestep="0.001" integrator="implicitfast"/><worldbody><body>
+<joint name="rail" type="slide" axis="1 0 0" damping="14" range="-0.8 0.8"/>
+<inertial pos="0 0 0" mass="12" diaginertia="1 1 1"/>
+</body></worldbody><actuator><motor name="drive" joint="rail" ctrlrange="-150 150"/></actuator></mujoco>"""
+
+
+def shuttled(robot: Robot, seed: int) -> Trajectory:
+    """A carriage that a noisy drive moves to and fro, 200 rows a second, and 5 N of friction."""
+    rng = np.random.default_rng(seed)
+    plant = MujocoPlant(robot, [effect("joint_friction:rail", robot).inject(value=5.0)])
+    state, rows, sent = plant.reset(), [], []
+    swings, phases = rng.uniform(0.08, 0.45, 3), rng.uniform(0.0, 6.28, 3)
+    for row in range(3000):
+        goal = 0.45 * np.sin(2 * np.pi * swings * row * robot.dt + phases).mean()
+        seen = state + np.array([1e-5, 2e-3]) * rng.standard_normal(2)
+        force = np.clip(12.0 * (60.0 * (goal - seen[0]) - 11.0 * seen[1]) + 1.5 * rng.standard_normal(), -150.0, 150.0)
+        rows.append(seen)
+        sent.append([force])
+        state = plant.step(np.array([force]))
+    return Trajectory.from_arrays(np.array(rows), np.array(sent), robot.layouts, dt=robot.dt, name=f"drive {seed}")
+
+
+def test_dry_friction_beside_a_damping_is_no_more_damping(tmp_path: Path) -> None:
+    """A step from no friction finds a damping: the covariance then takes the rest for disturbances."""
+    (file := tmp_path / "rail.xml").write_text(RAIL)
+    robot = Robot.from_mjcf(file, dt=0.005)
+    found = diagnose(robot.nominal(), Dataset([shuttled(robot, seed) for seed in range(3)]), exclude=["sensor_*"])
+    assert [one.effect for one in found.findings] == ["joint_friction:rail"]
+    assert found.findings[0].values["value"] == pytest.approx(5.0, rel=0.05)

@@ -16,7 +16,7 @@ from hypothesis.extra.numpy import arrays
 
 from sym2real.errors import DataError, ShapeError
 from sym2real.layout import Layout, Layouts
-from sym2real.logs import LogSpec, read_log, read_logs, write_log
+from sym2real.logs import LogSpec, inspect_logs, read_log, read_logs, write_log
 from sym2real.logs.grouping import layouts_from_json, layouts_to_json
 from sym2real.logs.missing import specification
 from sym2real.logs.table import LARGEST
@@ -292,6 +292,27 @@ def test_paths_that_are_no_logs(tmp_path: Path) -> None:
     (tmp_path / "folder.csv").mkdir()
     with pytest.raises(DataError, match="a folder"):
         read_log(tmp_path / "folder.csv")
+
+
+@pytest.mark.parametrize(
+    ("seconds", "nanoseconds", "whole"),
+    [
+        ("header.stamp.sec", "header.stamp.nanosec", "header.stamp"),
+        ("header.stamp.secs", "header.stamp.nsecs", "header.stamp"),
+        ("/odom/header/stamp/sec", "/odom/header/stamp/nanosec", "/odom/header/stamp"),
+        ("sec", "nanosec", "stamp"),
+    ],
+)
+def test_stamps_in_two_columns_are_one(tmp_path: Path, seconds: str, nanoseconds: str, whole: str) -> None:
+    """Rows 20 ms apart across the turn of a second; whole seconds alone would be fifty rows at one stamp."""
+    (path := tmp_path / "run.csv").write_text(
+        f"{seconds},{nanoseconds},x\n"
+        + "".join(f"{1764130000 + k // 50},{k % 50 * 20_000_000},{0.1 * k}\n" for k in range(40, 120))
+    )
+    log = read_log(path, spec=LogSpec.parse(f'[time]\ncolumn = "{whole}"\n[columns]\nx = "x"\n'))
+    np.testing.assert_allclose(np.diff(log.time), 0.02, atol=1e-6)  # doubles of such a size are 0.24 µs apart
+    np.testing.assert_array_equal(log.column("x"), 0.1 * np.arange(40, 120))
+    assert inspect_logs(path).spec.time.column == whole
 
 
 def test_unused_columns_may_hold_anything(tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 import two_links
 from cli_results import result_of
@@ -262,3 +263,35 @@ def test_the_command_line_names_the_robot_by_its_folder(tmp_path: Path) -> None:
     assert made["dt"] == pytest.approx(two_links.STEP)  # of a log whose columns nobody has named yet
     main(["inspect", str(file), "--model", model, "--out", spec])
     assert result_of(["compare", model, str(file), "--spec", spec], tmp_path)["horizons"]
+
+
+HEXAROTOR = ROBOTS["hexarotor"].layouts
+
+
+@pytest.mark.parametrize(
+    ("name", "found"), [("actuator_motors.control[{}]", True), ("esc{}_cmd", True), ("C{}", False)]
+)
+def test_six_motors_are_found_by_their_numbers_or_are_lines_to_fill_in(name: str, found: bool, tmp_path: Path) -> None:
+    """A model of six rotors was asked for four, and of those that were not found nothing was said."""
+    rng = np.random.default_rng(0)
+    columns = {"t": 0.01 * np.arange(100), "z": np.linspace(0.0, 1.0, 100)}
+    columns |= {name.format(number): rng.uniform(0.4, 0.6, 100) for number in range(6)}
+    pd.DataFrame(columns).to_csv(tmp_path / "flight.csv", index=False)
+    proposed = inspect_logs(tmp_path / "flight.csv", layouts=HEXAROTOR)
+    for number in range(6):
+        if found:
+            assert proposed.spec.columns[f"motor{number + 1}"].column == name.format(number)
+        else:
+            assert f'# motor{number + 1} = "…"  # 1: no column is called like it' in proposed.toml()
+
+
+def test_a_servos_command_goes_by_its_joints_name_in_python_too(tmp_path: Path) -> None:
+    servo = '<position name="target" joint="q1" kp="8" ctrlrange="-2 2"/>'
+    text = two_links.MJCF.replace("<actuator>", f"<actuator>{servo}")
+    robot = Robot.from_mjcf(text, actions=["target"], name="told")
+    time = 0.01 * np.arange(200)
+    angle = np.sin(time)
+    columns = {"t": time, "q1_deg": np.degrees(angle), "q2_deg": 0.5 * np.degrees(angle), "q1_cmd_deg": 57.3 * angle}
+    pd.DataFrame(columns).to_csv(tmp_path / "swing.csv", index=False)
+    found = inspect_logs(tmp_path / "swing.csv", layouts=robot.layouts, moved=robot.moved, ranges=robot.ranges)
+    assert (found.spec.columns["target"].column, found.spec.columns["target"].unit) == ("q1_cmd_deg", "deg")

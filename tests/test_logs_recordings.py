@@ -88,7 +88,8 @@ def drive(folder: Path, kind: str) -> Trajectory:
 @pytest.mark.parametrize("kind", FORMATS)
 def test_every_format_holds_the_drive_that_was_written(kind: str, tmp_path: Path) -> None:
     log = drive(tmp_path, kind)
-    first = POSES_AT[COMMANDS_AT[0] <= POSES_AT][0]  # no row before the first command
+    middle = POSES_AT + 0.005  # of a row: the command that is in force there counts
+    first = POSES_AT[COMMANDS_AT[0] <= middle][0]  # no row before the first command
     at = first + log.time - log.time[0]
     exact = poses(at)
     # A chord of 10 ms lies ω² R (10 ms)² / 8 inside the circle; stamps of version 1 are in ms.
@@ -96,9 +97,19 @@ def test_every_format_holds_the_drive_that_was_written(kind: str, tmp_path: Path
     np.testing.assert_allclose(log.column("y"), exact["y"], atol=1e-5)
     heading = np.arctan2(log.column("sin_yaw"), log.column("cos_yaw"))
     np.testing.assert_allclose(np.exp(1j * heading), np.exp(1j * exact["yaw"]), atol=1e-5)
-    before = np.searchsorted(COMMANDS_AT, at + 1e-9, side="right") - 1
+    before = np.searchsorted(COMMANDS_AT, at + 0.005, side="right") - 1
     np.testing.assert_allclose(log.column("speed"), commands()["speed"][before], atol=1e-6)
     np.testing.assert_allclose(log.column("steer"), commands()["steer"][before], atol=1e-6)
+
+
+@pytest.mark.parametrize("after", [0.001, 0.004, 0.009])
+def test_a_command_that_answers_a_row_stands_in_that_row(after: float) -> None:
+    """A controller answers every row a little later; beside a gap the row's own answer counts, none from within it."""
+    stamps = np.append(0.02 * np.arange(50), 0.02 * np.arange(70, 120))
+    pose = Topic("pose", stamps, {"pose.x": np.arange(100.0)})
+    drive = Topic("drive", np.append(stamps + after, 1.2), {"drive.steer_cmd": np.append(np.arange(100.0), -1.0)})
+    table = Recording((pose, drive)).together(["pose.x", "drive.steer_cmd"])
+    np.testing.assert_array_equal(table["drive.steer_cmd"], table["pose.x"])
 
 
 def test_a_pose_counts_at_the_stamp_of_its_header(tmp_path: Path) -> None:

@@ -13,6 +13,7 @@ from sym2real.adaptation import StageOne
 from sym2real.cli import main
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import compare, diagnose
+from sym2real.diagnosis.estimate.simulator import flown_along
 from sym2real.effects import applicable, effect
 from sym2real.effects.body import Body
 from sym2real.errors import DataError, ModelError, ShapeError, UnknownNameError
@@ -25,7 +26,7 @@ from sym2real.robots import ROBOTS, Robot
 from sym2real.robots.mjcf_columns import inertias, opened
 from sym2real.symbolic import Equations, compile_model, load_model, save_model
 from sym2real.tasks import make_task
-from sym2real.trajectory import Array
+from sym2real.trajectory import Array, Trajectory
 
 CART_POLE = ROBOTS["cart_pole"]
 ARM = """
@@ -437,3 +438,45 @@ def test_a_log_needs_no_column_of_pushes_that_nobody_applied(tmp_path: Path) -> 
     np.savetxt(tmp_path / "short.csv", rows[:, :-1], delimiter=",", header=",".join(names[:-1]), comments="")
     with pytest.raises(DataError, match=r"columns of the model: drive \(N\)"):
         read_log(tmp_path / "short.csv", layouts=robot.layouts)
+
+
+ONE_JOINT = """<mujoco><worldbody><body><joint name="swing" axis="0 1 0"/><inertial pos="0 0 -0.5" mass="1"
+diaginertia="0.1 0.1 0.1"/></body></worldbody>
+<actuator><motor name="torque" joint="swing" ctrlrange="-6 6"/></actuator></mujoco>"""
+
+
+@pytest.mark.parametrize("key", ["lag:tau", "delay:tau"])
+def test_effects_find_actuators_whose_columns_are_called_otherwise(key: str) -> None:
+    """The lag of a renamed actuator did nothing in the simulator, nor did the part of a delay below a period."""
+
+    def turned(robot: Robot, key: str) -> Array:
+        plant = MujocoPlant(robot, [effect(key, robot).inject(value=0.03)])
+        plant.reset()
+        return np.array([plant.step(np.array([float(row > 1)])) for row in range(8)])
+
+    own = Robot.from_mjcf(ONE_JOINT, name="own")
+    (actuator,) = own.layouts.action.columns
+    renamed = Robot.from_mjcf(ONE_JOINT, name="renamed", actions={actuator: "tau"})
+    np.testing.assert_array_equal(turned(renamed, key), turned(own, key.replace("tau", actuator)))
+
+
+def test_an_action_cannot_be_called_like_another_actuator() -> None:
+    two = ONE_JOINT.replace("</actuator>", '<motor name="spare" joint="swing"/></actuator>')
+    (actuator,) = Robot.from_mjcf(ONE_JOINT, name="own").layouts.action.columns
+    with pytest.raises(ModelError, match="like no other actuator, found spare"):
+        Robot.from_mjcf(two, name="two", actions={actuator: "spare"})
+
+
+IDLE = """<mujoco><worldbody>
+<body><joint name="swing" axis="0 1 0"/><inertial pos="0 0 -0.5" mass="1" diaginertia="0.1 0.1 0.1"/></body>
+<body pos="1 0 0"><joint name="idle" axis="0 1 0"/><inertial pos="0 0 0" mass="1" diaginertia="0.1 0.1 0.1"/></body>
+</worldbody><actuator><motor name="torque" joint="swing" ctrlrange="-6 6"/></actuator></mujoco>"""
+
+
+def test_logs_of_a_robot_that_nothing_holds_calibrate_nothing_and_say_why() -> None:
+    """A wheel that spins freely has no motor: that no gain holds it is no reason to give no answer."""
+    robot = Robot.from_mjcf(IDLE, name="idle")
+    log = Trajectory.from_arrays(np.zeros((60, 4)), np.zeros((60, 1)), robot.layouts, dt=robot.dt, name="still")
+    flown, why = flown_along(robot.nominal(), MujocoPlant(robot), Dataset([log]))
+    assert flown is None
+    assert "expected a robot that can be held at its start" in why

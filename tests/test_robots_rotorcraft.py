@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -66,7 +67,7 @@ def test_equations_are_the_simulator() -> None:
 @pytest.mark.parametrize(
     ("part", "instead", "match"),
     [
-        ('name="motor1"', 'name="front"', "actuators that are not called motor1, motor2"),
+        ('name="motor1"', 'name="front"', r"not called motor1, motor2, .* \(`--actions ACTUATOR=motor1 …`"),
         ('gear="0 0 8 0 0 0.13"', 'gear="0 0 7 0 0 0.13"', "rotors that do not push alike"),
         ('gear="0 0 8 0 0 0.13"', 'gear="0 0 8 0 0 0.3"', "rotors whose torques are not alike"),
         ('pos="0 0 -0.04" mass="0.2"', 'pos="0.1 0 -0.04" mass="0.2"', "m from the body's origin"),
@@ -153,3 +154,22 @@ def test_what_takes_half_a_second_to_show_is_seen_in_fast_logs() -> None:
     tried = try_effect(robot.nominal(), "linear_drag", logs, exclude=["*"])
     assert tried.gain > 0.015
     assert tried.finding.values["cx"] == pytest.approx(0.05, rel=0.2)
+
+
+def test_motors_that_the_file_calls_otherwise_have_their_columns_names() -> None:
+    renamed = MJCF
+    for number in range(1, 5):
+        renamed = renamed.replace(f'name="motor{number}"', f'name="esc_{number}"')
+    actions = {f"esc_{number}": f"motor{number}" for number in range(1, 5)}
+    robot = Robot.from_mjcf(renamed, name="renamed", actions=actions)
+    assert robot.nominal().next == Robot.from_mjcf(MJCF, name="own").nominal().next
+
+
+def test_rotors_of_a_file_without_a_keyframe_hover_at_rest() -> None:
+    """At rest without thrust nothing could hold it, and a diagnosis ended there."""
+    text = re.sub(r"<keyframe>.*</keyframe>", "", MJCF, flags=re.DOTALL)
+    robot = Robot.from_mjcf(text, name="bare")
+    plant = MujocoPlant(robot)
+    start, after = plant.reset(), plant.step(robot.rest)
+    height = robot.layouts.state.index("vz")
+    assert abs(after[height] - start[height]) < 1e-6 * 9.81 * robot.dt

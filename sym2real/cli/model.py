@@ -62,10 +62,7 @@ def columns_of(model: str) -> tuple[Layouts, dict[str, str], dict[str, tuple[flo
     base = None if model in ROBOTS and not Path(model).is_dir() else below(open_model(model))
     robot = ROBOTS[model] if base is None else robot_of(base)
     layouts = ROBOTS[model].layouts if base is None else replace(base.layouts, state=state_of(base))
-    joints = {rate: joint for joint, rate in layouts.state.rates.items()}
-    moving = () if robot is None else robot.recipe.dependencies
-    moved = {action: joints[rate] for rate, action in moving if rate in joints}
-    return layouts, moved, {} if robot is None else robot.ranges
+    return (layouts, {}, {}) if robot is None else (layouts, robot.moved, robot.ranges)
 
 
 def folder_of(name: str) -> Path:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from sym2real.logs import Inspection, LogSpec
+from sym2real.logs.inspect_driving import STEERING
 from sym2real.logs.units import UNITS
 from sym2real.vocabulary import HEADING, MOTORS, POSITION, RATE_COMMAND, SPEED_COLUMN, STEER_COLUMN, THRUST_COLUMN
 
@@ -44,7 +45,7 @@ def nominal_line(inspection: Inspection, spec: Path | None) -> NominalLine:
     """
     of_log = inspection.spec
     columns = {*of_log.columns} | ({"attitude"} if of_log.attitude.sources else set())
-    if DRIVEN & columns:
+    if DRIVEN & columns or STEERING in {row.meaning for row in inspection.rows}:
         kind, options, remarks = "car", ["--wheelbase", "METRES"], [AXLES]
         needed = {*POSITION.columns[:2], *DRIVEN} | (set() if HEADED & columns else {"yaw, its heading"})
     else:

@@ -7,10 +7,16 @@ from typing import Any
 from sym2real.effects.body import Body
 from sym2real.effects.joint_push import INERTIA, braked, inertia, unit_of_push
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
+from sym2real.effects.searching import Searching
 from sym2real.effects.truth import editing
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.dry_friction import USUAL_DECELERATION, dry_friction
+from sym2real.trajectory import Array
 from sym2real.vocabulary import friction_quantity, rate_column
+
+# Shares of what the joint's actuators can push. A model that sticks where the robot slides, or slides where it sticks,
+# predicts worse than one without friction: from beyond a third of the truth nothing leads there.
+STARTS = tuple(0.01 * 1.7**step for step in range(6))
 
 
 def _parameters(body: Body) -> tuple[Parameter, ...]:
@@ -18,6 +24,12 @@ def _parameters(body: Body) -> tuple[Parameter, ...]:
     # A gear's may be large beside what a light link weighs, and not beside what drives it.
     most = max(30 * scale, body.numbers.get(f"{body.column}_strength", 0.0))
     return (Parameter("value", unit_of_push(body)[0], null=0.0, low=0.0, high=most, scale=scale),)
+
+
+def _starts(body: Body, _values: Array) -> tuple[float, ...]:
+    """A step from no friction finds a damping."""
+    strength = body.numbers.get(f"{body.column}_strength", 0.0)
+    return tuple(share * strength for share in STARTS if strength > 0)
 
 
 def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
@@ -47,4 +59,5 @@ JOINT_FRICTION = Kind(
     numbers=(INERTIA,),
     robot="robot with joints",
     columns="joint",
+    searching=Searching(starts=_starts),
 )

@@ -147,7 +147,7 @@ def _filter_time(time: float, option: Any) -> float:
     return max(time - 0.5 * float(option.timestep), 1e-6)  # the force of a step is that of its start
 
 
-# Actuators of the descriptions by action column; of other columns the one of that name.
+# Actuators of the descriptions by action column, beside the one of that name.
 ACTUATORS = {
     "thrust": ("thrust",),
     "wx_cmd": ("wx",),
@@ -161,7 +161,7 @@ ACTUATORS = {
 def actuators(spec: Any, body: Body) -> list[Any]:
     """Actuators of an ``MjSpec`` that the bound action column drives, or all of them."""
     columns = (body.column,) if body.column else tuple(body.layouts.action)
-    names = [name for column in columns for name in ACTUATORS.get(column, (column,))]
+    names = [name for column in columns for name in (*ACTUATORS.get(column, ()), column)]
     return [actuator for actuator in spec.actuators if actuator.name in names]
 
 

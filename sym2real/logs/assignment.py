@@ -59,8 +59,13 @@ class Assignment:
         return "steer" in self.columns
 
 
-def assign(names: Sequence[str]) -> Assignment:
-    """Sort columns by what their names say; of two that say the same the first is taken."""
+def assign(names: Sequence[str], motors: int = 4) -> Assignment:
+    """Sort columns by what their names say; of two that say the same the first is taken.
+
+    Args:
+        names: of the columns.
+        motors: how many a robot has that is commanded motor by motor.
+    """
     result = Assignment()
     result.columns = {name: name for pair in HEADINGS if {*pair} <= {*names} for name in pair}
     names = [name for name in names if name not in result.columns]
@@ -71,7 +76,7 @@ def assign(names: Sequence[str]) -> Assignment:
     _settle_letters(result)
     for name, named in result.named.items():
         _place(result, name, named)
-    _settle(result)
+    _settle(result, motors)
     return result
 
 
@@ -183,8 +188,8 @@ def _place(result: Assignment, name: str, named: Named) -> None:
         places[key] = name
 
 
-def _settle(result: Assignment) -> None:
-    _settle_motors(result)
+def _settle(result: Assignment, motors: int) -> None:
+    _settle_motors(result, motors)
     _settle_throttle(result)
     _settle_speed(result)
     for attitude, parts in list(result.quaternions.items()):
@@ -210,11 +215,11 @@ def _settle_letters(result: Assignment) -> None:
             result.named[name] = Named("rate", LETTERS[named.axis], named.role, named.unit)
 
 
-def _settle_motors(result: Assignment) -> None:
-    motors = {key: result.columns.pop(key) for key in sorted(result.columns) if key.startswith("motor")}
-    numbers = [int(key.removeprefix("motor")) for key in motors]
-    if numbers in ([0, 1, 2, 3], [1, 2, 3, 4]):
-        result.columns |= {f"motor{i + 1}": name for i, name in enumerate(motors.values())}
+def _settle_motors(result: Assignment, count: int) -> None:
+    motors = {int(key.removeprefix("motor")): key for key in result.columns if key.startswith("motor")}
+    named = [result.columns.pop(motors[number]) for number in sorted(motors)]
+    if sorted(motors) in ([*range(count)], [*range(1, count + 1)]):
+        result.columns |= {f"motor{i + 1}": name for i, name in enumerate(named)}
 
 
 def _settle_throttle(result: Assignment) -> None:

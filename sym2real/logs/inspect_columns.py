@@ -21,9 +21,10 @@ def inspect_columns(draft: Draft, *, of_model: bool) -> None:
     pooled = {name: np.concatenate([table.columns[name] for table in tables]) for name in tables[0].columns}
     seen: dict[bytes, str] = {}
     for name, values in pooled.items():
-        if name not in known:
-            _unknown(draft, name, of_model=of_model)
-        if remark := _remark([table.columns[name] for table in tables]):
+        remark = _remark([table.columns[name] for table in tables])
+        if name not in known:  # in one row: a message has dozens of them, covariances and frames
+            _unknown(draft, name, remark, of_model=of_model)
+        elif remark:
             draft.add(name, "remark", "", remark, "certain")
         first = seen.setdefault(values.tobytes(), name)
         if first != name and np.ptp(values) > 0:
@@ -32,19 +33,20 @@ def inspect_columns(draft: Draft, *, of_model: bool) -> None:
         draft.add(name, "?", "", "text, left out", "unknown")
 
 
-def _unknown(draft: Draft, name: str, *, of_model: bool) -> None:
+def _unknown(draft: Draft, name: str, remark: str, *, of_model: bool) -> None:
+    also = f"; {remark}" if remark else ""
     standard = next((key for key, column in draft.assignment.columns.items() if column == name), "")
     if standard:
-        draft.add(name, standard, "", "by its name", "likely")
+        draft.add(name, standard, "", f"by its name{also}", "likely")
         return
     if rival := draft.assignment.rivals.get(name):
-        draft.add(name, "?", "?", f"looks like the same as {rival!r}, which was taken", "unknown")
+        draft.add(name, "?", "?", f"looks like the same as {rival!r}, the first of them{also}", "unknown")
         return
     named = draft.assignment.named.get(name)
     says = f"named like {named.role} {named.quantity} {named.axis}".strip() if named else "the name says nothing"
     if not of_model and any(map(str.isdigit, name)) and speaks_of_joints(list(draft.tables[0].columns)):
         says = "it may be a joint's: --model says of which robot"
-    draft.add(name, "?", "?", f"{says}; kept as an extra column", "unknown")
+    draft.add(name, "?", "?", f"{says}; kept as an extra column{also}", "unknown")
 
 
 def _remark(pieces: list[Array]) -> str:

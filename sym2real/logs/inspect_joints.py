@@ -36,7 +36,8 @@ def inspect_joints(draft: Draft, matching: Matching, layouts: Layouts, ranges: M
         ranges: where joints, and what they are told, end in the model, rad or m.
     """
     wanted, rates = own_units(layouts), layouts.state.rates
-    left = dict(matching.open)
+    unknown = [column for column in layouts.action if column not in {*wanted, *draft.assignment.columns}]
+    left = dict.fromkeys(unknown, "no column is called like it") | matching.open
     units: dict[str, Said] = {}
     fitting = {column: _units(draft, column, wanted[column], ranges.get(column)) for column in matching.found}
     for joint, rate in rates.items():
@@ -67,7 +68,7 @@ def inspect_joints(draft: Draft, matching: Matching, layouts: Layouts, ranges: M
             unit, evidence, confidence = named_outside(draft, column, (unit, evidence, confidence), ranges[column])
         draft.units[column] = "" if unit == wanted[column] else unit
         draft.add(match.source, column, unit, f"{match.evidence}; {evidence}", confidence if match.sure else "guess")
-    _what_is_left(draft, left, wanted, {rate: joint for joint, rate in rates.items()})
+    _what_is_left(draft, left, layouts.action.units | wanted, {rate: joint for joint, rate in rates.items()})
 
 
 def _units(draft: Draft, column: str, wanted: str, ends: Ends | None) -> tuple[str, ...]:

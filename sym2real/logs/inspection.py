@@ -13,7 +13,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from sym2real.errors import DataError
-from sym2real.layout import Layouts
+from sym2real.layout import Layouts, motors_of
 from sym2real.logs import spec_text
 from sym2real.logs.assignment import Assignment, assign, within
 from sym2real.logs.draft import Draft, Finding
@@ -78,8 +78,9 @@ def inspect_logs(
         columns: names of the columns of text files that have no header.
         layouts: of the model whose logs they are: its own columns, such as those of joints, are looked for, and no
             others.
-        moved: joint that an action of the model moves, as far as that is known.
-        ranges: where its joints, and what they are told, end, rad or m: numbers far outside are in another unit.
+        moved: joint that an action of the model moves, as far as that is known: ``robot.moved``.
+        ranges: where its joints, and what they are told, end, rad or m: numbers far outside are in another unit;
+            ``robot.ranges``.
 
     Raises:
         DataError: when a file cannot be read, is too short, or has other columns than the first.
@@ -115,7 +116,8 @@ def _assigned(names: Sequence[str], layouts: Layouts | None, moved: Mapping[str,
         return assign(names), Matching()
     matching = match_own(names, layouts, moved)
     own = {column: match.source for column, match in matching.found.items()}
-    rest = within(assign([name for name in names if name not in own.values()]), layouts)
+    rotors = len(motors_of(layouts.action)) or 4
+    rest = within(assign([name for name in names if name not in own.values()], rotors), layouts)
     return replace(rest, columns={**rest.columns, **own}), matching
 
 

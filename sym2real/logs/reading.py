@@ -38,8 +38,12 @@ def by_ratio(units: Sequence[str], share: float, what: str) -> Said:
 
 
 def by_others(draft: Draft, units: Sequence[str], expected: Mapping[str, Array], what: str) -> Said | None:
-    """The unit of standard columns by what they should be in SI units ``# (rows,)``, in words; None without any."""
-    shares = [draft.rows.ratio(draft.values(name), values) for name, values in expected.items()]
+    """The unit of standard columns by what they should be in SI units ``# (rows,)``, in words; None without any.
+
+    One that never moves says nothing of it: a car's odometry has no velocity to the side.
+    """
+    moving = {name: values for name in expected if np.ptp(values := draft.values(name)) > 0}
+    shares = [draft.rows.ratio(values, expected[name]) for name, values in moving.items()]
     return by_ratio(units, float(np.median(shares)), what) if shares else None
 
 

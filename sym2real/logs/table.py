@@ -16,6 +16,7 @@ from sym2real.files import require_file
 from sym2real.logs import arrow_file, csv_file, parquet_file
 from sym2real.logs.missing import listed
 from sym2real.logs.recordings import RECORDINGS, Recording, Sent, is_bag_folder, is_card_log
+from sym2real.logs.split_stamps import whole_stamps
 from sym2real.registry import Registry
 from sym2real.trajectory import Array
 
@@ -152,7 +153,7 @@ def table_of(
     texts = tuple(name for name, values in columns.items() if values is None)
     if len(texts) == len(columns):
         raise DataError(file, "a column of numbers", "text in all of them", first_row)
-    return replace(table, columns={k: v for k, v in columns.items() if v is not None}, texts=texts)
+    return replace(table, columns=whole_stamps({k: v for k, v in columns.items() if v is not None}), texts=texts)
 
 
 def file_type(file: Path) -> str:

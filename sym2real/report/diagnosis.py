@@ -139,7 +139,8 @@ def findings_list(findings: Sequence[Finding]) -> Table:
         for name, estimate in finding.parameters.items():
             spread = finding.log_spread.get(name)
             scatter = "" if spread is None else f", logs one by one ± {number(spread, 2)}"
-            interval = f"[dim]95 % {number(estimate.low)} … {number(estimate.high)}{scatter}[/]"
+            known = f"95 % {number(estimate.low)} … {number(estimate.high)}" if estimate.low < estimate.high else ""
+            interval = f"[dim]{known}{scatter}[/]"  # which rotor it is has none
             table.add_row("", f"{escape(name)} = [bold]{escape(estimate.said)}[/]  {interval}")
         for label, said in known_of(finding):
             table.add_row(label, escape(said))

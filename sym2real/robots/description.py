@@ -72,7 +72,13 @@ class Description:
     actuators: Mapping[str, str] = field(default_factory=dict)
 
     def spec(self) -> mujoco.MjSpec:
-        """The description, to be edited or compiled; meshes and includes are looked for beside a file."""
-        if is_text(self.mjcf) or Path(self.mjcf).is_absolute():
-            return spec_of(self.mjcf)
-        return spec_of(resources.files("sym2real.robots").joinpath(self.mjcf).read_text(encoding="utf-8"))
+        """The description, to be edited or compiled; meshes and includes are looked for beside a file.
+
+        Actuators bear the names of their columns, by which effects look for them.
+        """
+        given = is_text(self.mjcf) or Path(self.mjcf).is_absolute()
+        inside = resources.files("sym2real.robots")
+        spec = spec_of(self.mjcf if given else inside.joinpath(self.mjcf).read_text(encoding="utf-8"))
+        for actuator in spec.actuators:
+            actuator.name = self.actuators.get(actuator.name, actuator.name)
+        return spec

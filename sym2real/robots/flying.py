@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from sym2real.symbolic import Equations
 
 ALIKE = 0.01  # part by which thrusts may differ, moments lie askew, and forces point aside
+NAMED = "`--actions ACTUATOR=motor1 …` names their columns, in Python actions={…}"
 OFF = 0.01  # m from the body's origin to its centre of mass, which the equations take for one
 
 
@@ -70,6 +71,11 @@ class Rotorcraft:
         return thrusts
 
     @property
+    def hovering(self) -> float:
+        """The command of every rotor that carries it."""
+        return self.mass * GRAVITY / float(self.thrusts.sum())
+
+    @property
     def reactions(self) -> Array:
         """Torque about body z per thrust of every rotor, m ``# (rotors,)``."""
         return self.torques[:, 2] / self.thrusts
@@ -106,8 +112,8 @@ def against_flying(model: mujoco.MjModel, data: Any, actions: Mapping[str, str])
         "an actuator that is told more than a force": bool(
             model.actuator_biastype.any() or model.actuator_dyntype.any()
         ),
-        f"actuators that are not called {', '.join(MOTOR_COLUMNS[: len(found)])}": [*actions.items()]
-        != [(column, column) for column in MOTOR_COLUMNS[: len(found)]],
+        f"actuators that are not called {', '.join(MOTOR_COLUMNS[: len(found)])} ({NAMED})": [*actions.values()]
+        != [*MOTOR_COLUMNS[: len(found)]],
         f"a gravity that is not {GRAVITY:g} m/s² along z down": not np.allclose(
             model.opt.gravity, (0.0, 0.0, -GRAVITY), atol=ALIKE * GRAVITY
         ),

@@ -102,6 +102,7 @@ def from_mjcf(
     low, high = columns.ranges_of(model, actuators)
     moving = model.body_weldid != 0  # a table in the scene is none of the robot's mass
     own = {"mass": float(model.body_mass[moving].sum())} | _joint_numbers(model, columns.inertias(model, data))
+    resting = data.ctrl[actuators]
     quantities = columns.quantities_of(model) + _derived_rates(model, layouts.state)
     own |= _ranges(layouts.action, low, high) | strengths(model, actuators, np.maximum(-low, high))
     if wheels is not None:
@@ -112,8 +113,11 @@ def from_mjcf(
         quantities += () if against else (DRILLING,)
     elif columns.FREE in model.jnt_type:
         against = against_flying(model, data, wanted)
-        own |= {} if against else Rotorcraft.of(model, data, actuators).numbers
-        quantities += () if against else (THRUST_COLUMN, *MOTOR_TORQUES)
+        if not against:
+            craft = Rotorcraft.of(model, data, actuators)
+            own |= craft.numbers
+            quantities += (THRUST_COLUMN, *MOTOR_TORQUES)
+            resting = resting if model.nkey else np.full(len(actuators), craft.hovering)
     else:
         against = against_tree(model, layouts.state)
     described, period = rigid_body is not None or not against, _period(model, dt)
@@ -126,7 +130,7 @@ def from_mjcf(
             mjcf=file,
             physics_dt=float(model.opt.timestep),
             start=coordinates.to_state(start, np.zeros(model.nv)),
-            rest=np.clip(data.ctrl[actuators], low, high),
+            rest=np.clip(resting, low, high),
             to_state=coordinates.to_state,
             to_coordinates=coordinates.to_coordinates,
             to_control=simulated.to_control,

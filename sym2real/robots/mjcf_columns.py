@@ -168,6 +168,8 @@ def told(model: mujoco.MjModel, actuator: int) -> str:
 def actions_of(model: mujoco.MjModel, wanted: Mapping[str, str]) -> Layout:
     """One column per wanted actuator, with the unit of what it is told; motor1, motor2 … are rotors."""
     known, columns = names_of(model, "actuator"), []
+    if taken := sorted({*wanted.values()} & ({*known} - {*wanted})):
+        raise ModelError(f"expected columns that are called like no other actuator, found {', '.join(taken)}")
     for name, column in wanted.items():
         if name not in known:
             raise UnknownNameError("actuator", name, known)

@@ -165,6 +165,12 @@ class Robot:
         return self.description.start
 
     @property
+    def moved(self) -> dict[str, str]:
+        """Joint that each action moves by itself, as far as the recipe says so."""
+        joints = {rate: joint for joint, rate in self.layouts.state.rates.items()}
+        return {action: joints[rate] for rate, action in self.recipe.dependencies if rate in joints}
+
+    @property
     def ranges(self) -> dict[str, tuple[float, float]]:
         """Least and largest place, rad or m, of the joints that have stops, and of the commands that are places."""
         from sym2real.robots.mjcf_columns import stops_of  # noqa: PLC0415 — it needs MuJoCo

@@ -9,7 +9,7 @@ by the loop's stiffness, inertia times gain: effects that act by a torque are kn
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -89,9 +89,13 @@ class Problems:
         """Number of logs that have segments."""
         return int(self.logs.max()) + 1
 
+    def totals(self, sets: Iterable[Tensor]) -> Tensor:
+        """Whitened squares of all segments at each of some parameter sets ``# (P,)``."""
+        return self.whitening.loss(self.problem.residuals(torch.stack([*sets]))).sum(1)
+
     def total(self, values: Tensor) -> float:
         """Whitened squares of all segments at a parameter set ``# (P,)``."""
-        return float(self.whitening.loss(self.problem.residuals(values[None])).sum())
+        return float(self.totals([values]))
 
     def quadratics(self, hypotheses: Sequence[Hypothesis], *, with_nuisance: bool = True) -> list[Fit]:
         """Losses and derivatives where the hypotheses stand."""
@@ -128,7 +132,7 @@ class Problems:
             steps_to = [solve(fits[i].curvature.sum(0), -fits[i].gradient.sum(0)) for i in waiting]
             around = zip(waiting, steps_to, strict=True)
             trials = [self.moved(fits[i], step * part) for i, step in around for part in LINE_SEARCH]
-            losses = self.whitening.loss(self.problem.residuals(torch.stack(trials))).sum(1).reshape(len(waiting), -1)
+            losses = self.totals(trials).reshape(len(waiting), -1)
             better: list[tuple[int, Tensor]] = []
             for row, i in enumerate(waiting):
                 best = int(losses[row].argmin())

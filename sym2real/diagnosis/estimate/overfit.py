@@ -40,12 +40,12 @@ def overfitted(problems: Problems, tried: Sequence[Candidate], start: Tensor, la
     if last is not None:
         kept = [candidate for candidate in others if last[candidate.free[0][0]] != start[candidate.free[0][0]]]
         return _fitted(problems, [*smooth, *kept], _centre(start, last, kept), last, AGAIN)
-    away, started = _with_a_start(problems, others, start)
     fits = [_fitted(problems, smooth, start, start, STEPS)]
-    if started:
-        fits.append(_fitted(problems, [*smooth, *started], away, away, STEPS))
-    losses = problems.whitening.loss(problems.problem.residuals(torch.stack(fits))).sum(1)
-    return fits[int(losses.argmin())]
+    for rivals in (others, smooth):
+        away, started = _with_a_start(problems, rivals, start)
+        if started:
+            fits.append(_fitted(problems, [*smooth, *started], away, away, STEPS))
+    return fits[int(problems.totals(fits).argmin())]
 
 
 def _centre(start: Tensor, last: Tensor, kept: Sequence[Candidate]) -> Tensor:
@@ -65,10 +65,8 @@ def _with_a_start(problems: Problems, rivals: Sequence[Candidate], values: Tenso
     trials = [(candidate, level) for candidate in rivals for level in candidate.starts]
     if not trials:
         return values, []
-    sets = values.repeat(len(trials) + 1, 1)
-    for row, (candidate, level) in enumerate(trials, 1):
-        sets[row, list(candidate.free[0])] = level
-    losses = problems.whitening.loss(problems.problem.residuals(sets)).sum(1)
+    sets = [values, *(candidate.started(values, level) for candidate, level in trials)]
+    losses = problems.totals(sets)
     best = int(losses[1:].argmin())
     if float(losses[best + 1]) > (1 - SETTINGS.one_more) * float(losses[0]):
         return values, []
@@ -83,8 +81,7 @@ def improved(problems: Problems, free: Free, values: Tensor, centre: Tensor, ste
         step = _bounded_step(problems, fit, centre)
         trials = torch.stack([values, *(problems.moved(fit, step * part) for part in LINE_SEARCH)])
         away = (trials[:, slots] - centre[slots]) / problems.problem.library.scale[slots]
-        losses = problems.whitening.loss(problems.problem.residuals(trials[1:])).sum(1)
-        losses = torch.cat([fit.loss.sum()[None], losses]) + PRIOR * away.square().sum(1)
+        losses = torch.cat([fit.loss.sum()[None], problems.totals(trials[1:])]) + PRIOR * away.square().sum(1)
         best = int(losses.argmin())
         values = trials[best]
         if not bool(losses[0] - losses[best] > CONVERGED * losses[0]):

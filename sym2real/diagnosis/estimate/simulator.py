@@ -59,7 +59,10 @@ def flown_along(model: Equations, plant: MujocoPlant, logs: Dataset) -> tuple[Da
         plant: of :func:`with_effects_of`.
         logs: whose manoeuvres are flown.
     """
-    flights = [_flight(plant, log) for log in list(logs)[:MOST_LOGS]]
+    try:
+        flights = [_flight(plant, log) for log in list(logs)[:MOST_LOGS]]
+    except Sym2RealError as error:  # nothing holds it where it starts
+        return None, f"{NOT_FLOWN} ({error})"
     long_enough = [flight for flight in flights if len(flight) >= SETTINGS.base_rows]
     return (with_filtered_commands(model, Dataset(long_enough)), "") if long_enough else (None, NOT_FLOWN)
 

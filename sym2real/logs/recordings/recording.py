@@ -1,7 +1,8 @@
 """A recording of several sources, each at stamps of its own, and the table that they make together.
 
 Rows are the stamps of the fastest measured topic that is asked for. What another topic *measured* is interpolated on
-the line between the messages on both sides; what it *commanded* is held from its message on, as the robot holds it.
+the line between the messages on both sides; what it *commanded* is held from its message on, as the robot holds it: a
+row gets what is in force halfway to the next row, which a controller that answers the row has sent by then.
 Where a topic is silent for longer than :data:`SILENCE` of its periods, its measurements are NaN: nothing is made up.
 """
 
@@ -107,7 +108,9 @@ def _recognised(columns: list[str]) -> list[str]:
 
 def _at(topic: Topic, stamps: Array, sent: Sent) -> dict[str, Array]:
     """A topic's columns at other stamps ``# (rows,)``."""
-    before = np.searchsorted(topic.stamps, stamps, side="right") - 1
+    steps = np.diff(stamps, append=np.inf)
+    middle = stamps + 0.5 * np.minimum(steps, np.median(steps))  # not of a gap
+    before = np.searchsorted(topic.stamps, middle, side="right") - 1
     begun = before >= 0
     held = {
         name: np.where(begun, values[np.maximum(before, 0)], np.nan)

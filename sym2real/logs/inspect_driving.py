@@ -1,0 +1,97 @@
+"""Evidence on a car's commands: what steering and speed are counted in, by how its path turns and how fast it goes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sym2real.logs.answers import answer_to, are_pulses, turning
+from sym2real.logs.draft import Draft
+from sym2real.logs.inspect_motion import DRIVING, NEAR, SPEEDS, slopes_of_positions
+from sym2real.logs.reading import by_name, by_size, largest
+from sym2real.logs.units import UNITS, unit_by_ratio
+from sym2real.trajectory import Array
+from sym2real.vocabulary import SPEED_COLUMN, STEER_COLUMN
+
+STEERING = "steering command"  # what one is called whose unit is not known
+STEEPEST = 1.6  # rad; no wheel steers beyond a right angle
+BOTH_WAYS = 0.1  # rad/s to either side at the 5th and the 95th percentile: a car that turns both ways
+HIDES = "that would hide a gain; the driver's own number is better"
+LIKE_ITS_PATH = 3.0  # times; what is as near to the path's speed in m/s may be in m/s, and the map be wrong
+
+
+def inspect_driving(draft: Draft) -> None:
+    """Units of steering and speed, and the delay of the answers to them."""
+    if draft.has(STEER_COLUMN):
+        _steer(draft)
+        if draft.has(SPEED_COLUMN):
+            _speed(draft)
+
+
+def _steer(draft: Draft) -> None:
+    column, values = draft.column(STEER_COLUMN), draft.values(STEER_COLUMN)
+    turned, left = turning(draft, "wz"), 1.0 if draft.frames == "z_up" else -1.0
+    answer = answer_to(draft, values, None if turned is None else left * turned)
+    backwards = answer.reversed
+    if pulses := are_pulses(values):
+        span = f"{values.min():.5g} to {values.max():.5g}"
+        evidence = f"{span}: pulses in µs; the log cannot know the angle per µs{answer.said}"
+        worth = "zero = 1500, scale = 0.001 }  # put the pulse straight ahead, and rad per µs"
+        draft.leave_open(STEER_COLUMN, STEERING, evidence, worth)
+    elif turned is not None and (found := _off_centre(draft, values, left * turned)) is not None:
+        zero, curvature = found
+        backwards = curvature < 0
+        evidence = f"{values.min():.4g} to {values.max():.4g}, a servo's travel: straight ahead at {zero:.4g}"
+        worth = (
+            f"zero = {zero:.4g}, scale = 1.0 }}  # rad per unit is yours to say: {abs(curvature):.3g} × the wheelbase "
+            f"in m by the path, but {HIDES}"
+        )
+        draft.leave_open(STEER_COLUMN, STEERING, evidence + answer.said, worth)
+    else:
+        size = largest(draft, [STEER_COLUMN])
+        unit, evidence, confidence = by_name(draft, [STEER_COLUMN]) or by_size(("rad", "deg"), size, STEEPEST)
+        if UNITS[unit][1] * size > STEEPEST:
+            evidence += f": up to {size:.4g}, which no wheel of the road turns; the steering wheel's, before its gear?"
+            draft.comment(
+                STEER_COLUMN, "suspected: a steering wheel's angle; scale = 1 / gear; in place of the line above:"
+            )
+            draft.comment(STEER_COLUMN, f'steer = {{ column = "{column}", unit = "{unit}", scale = 1.0 }}')
+            confidence = "guess"
+        draft.settle(STEER_COLUMN, unit, evidence + answer.said, confidence)
+    if backwards:
+        where = "pulses are longer" if pulses else "it is larger" if not draft.has(STEER_COLUMN) else "it is positive"
+        draft.suspect(column, f"the car turns right where {where}{answer.said}")
+
+
+def _off_centre(draft: Draft, values: Array, turned: Array) -> tuple[float, float] | None:
+    """Where a command that never changes its sign steers straight, and the path's curvature per unit in 1/m.
+
+    None where it does change its sign, or the car does not turn both ways.
+    """
+    pace, (least, most) = _pace(draft), np.percentile(turned, [5, 95])
+    if values.min() * values.max() <= 0 or least > -BOTH_WAYS or most < BOTH_WAYS or pace.mean() < DRIVING:
+        return None
+    slope, offset = np.linalg.lstsq(np.stack([pace * values, pace], axis=1), turned)[0]
+    return (float(-offset / slope), float(slope)) if slope else None
+
+
+def _pace(draft: Draft) -> Array:
+    """How fast the car goes, m/s ``# (rows,)``; zeros where nothing tells."""
+    if draft.has("vx", "vy"):
+        return np.hypot(draft.series("vx"), draft.series("vy"))
+    slopes = slopes_of_positions(draft)
+    return np.hypot(slopes["vx"], slopes["vy"]) if draft.has("x", "y") else np.zeros(len(draft.rows.stamps))
+
+
+def _speed(draft: Draft) -> None:
+    size, pace = np.abs(draft.values(SPEED_COLUMN)), _pace(draft)
+    answer = answer_to(draft, size, pace if pace.any() else None).said
+    unit, evidence, confidence = by_name(draft, [SPEED_COLUMN]) or ("m/s", f"up to {size.max():.3g}", "guess")
+    ratio = float(size.mean() / pace.mean()) if pace.mean() > DRIVING and size.any() else 1.0
+    if confidence == "guess" and not 1.0 / LIKE_ITS_PATH < ratio < LIKE_ITS_PATH:
+        unit = unit_by_ratio(ratio, SPEEDS)
+        off, evidence = ratio * UNITS[unit][1], f"{ratio:.4g} times as fast as the path in m/s"
+        if max(off, 1.0 / off) > NEAR:
+            worth = f"scale = {1.0 / ratio:.6g} }}  # m/s per unit, as the path says: {HIDES}"
+            draft.leave_open(SPEED_COLUMN, "speed command", f"{evidence}: no unit of a speed{answer}", worth)
+            return
+    draft.settle(SPEED_COLUMN, unit, evidence + answer, confidence)

@@ -1,0 +1,78 @@
+"""A car's commands as its drivers log them: a servo's travel from an end, counts of a motor; what they are worth."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from kinematic_car import car
+
+from sym2real.cli import main
+from sym2real.logs import Inspection, LogSpec, inspect_logs, read_log
+from sym2real.trajectory import Array
+
+TIME, POSITION, YAW, SPEED, STEER = car()
+WHEELBASE = 0.3  # m
+MOST_TURNS = 4614.0  # electrical rpm for 1 m/s, as of an F1TENTH car
+CENTRE, TRAVEL = 0.53, 1.21  # of a servo: the middle, and its travel per rad
+
+
+def logged(folder: Path, steer: Array, speed: Array, **more: Array) -> Inspection:
+    columns = {"t": TIME, "x": POSITION[:, 0], "y": POSITION[:, 1], "yaw": YAW, "servo": steer, "speed_cmd": speed}
+    pd.DataFrame({**columns, **more}).to_csv(folder / "car.csv", index=False)
+    return inspect_logs(folder / "car.csv")
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_servos_travel_is_counted_from_where_the_car_goes_straight(tmp_path: Path, sign: float) -> None:
+    found = logged(tmp_path, CENTRE + sign * TRAVEL * STEER, SPEED)
+    zero, curvature = map(float, re.findall(r"zero = (\S+),.*say: (\S+) ×", found.toml())[0])
+    assert zero == pytest.approx(CENTRE, abs=0.01)
+    assert curvature * WHEELBASE == pytest.approx(1.0 / TRAVEL, rel=0.1)
+    assert "steer" not in found.spec.columns
+    assert found.suspected_flips == (() if sign > 0 else ("servo",))
+
+
+def test_the_line_that_is_proposed_for_a_servo_reads_its_angle(tmp_path: Path) -> None:
+    found = logged(tmp_path, CENTRE - TRAVEL * STEER, SPEED)
+    (line,) = re.findall(r"# (steer = \{.*?\})", found.toml())
+    line = re.sub(r"scale = 1\.0", f"scale = {1.0 / TRAVEL}", line)
+    text = f'flip = ["servo"]\n[columns]\nx = "x"\ny = "y"\nyaw = "yaw"\nspeed = "speed_cmd"\n{line}\n'
+    read = read_log(tmp_path / "car.csv", LogSpec.parse(text))
+    np.testing.assert_allclose(read.column("steer"), STEER[: len(read)], atol=0.01)
+
+
+def test_counts_of_a_motor_are_no_speed_in_metres_a_second(tmp_path: Path) -> None:
+    found = logged(tmp_path, STEER, MOST_TURNS * SPEED)
+    (scale,) = re.findall(r"# speed = .*scale = (\S+) \}", found.toml())
+    assert 1.0 / float(scale) == pytest.approx(MOST_TURNS, rel=0.05)
+    assert "speed" not in found.spec.columns
+
+
+@pytest.mark.parametrize(("factor", "unit"), [(1.0, ""), (0.6, ""), (2.0, ""), (3.6, "km/h"), (100.0, "cm/s")])
+def test_a_speed_near_that_of_the_path_is_one_whatever_its_map(tmp_path: Path, factor: float, unit: str) -> None:
+    """A commanded speed whose map is wrong by half is still in m/s: that is for a diagnosis to find."""
+    assert logged(tmp_path, STEER, factor * SPEED).spec.columns["speed"].unit == unit
+
+
+@pytest.mark.parametrize(("factor", "unit"), [(1.0, ""), (100.0, "cm/s")])
+def test_a_velocity_to_the_side_that_is_always_zero_says_nothing_of_the_unit(
+    tmp_path: Path, factor: float, unit: str
+) -> None:
+    found = logged(tmp_path, STEER, SPEED, twist_vx=factor * SPEED, twist_vy=np.zeros(len(TIME)))
+    assert (found.spec.velocity_frame, found.spec.columns["vx"].unit) == ("body", unit)
+    evidence = next(row.evidence for row in found.rows if row.column == "twist_vx")
+    assert float(re.findall(r"moves (\S+) times", evidence)[0]) == pytest.approx(factor, rel=0.1)
+
+
+def test_a_log_of_a_car_whose_commands_are_counts_is_a_cars(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    covariances = {f"pose.covariance[{place}]": np.zeros(len(TIME)) for place in range(36)}
+    logged(tmp_path, CENTRE + TRAVEL * STEER, MOST_TURNS * SPEED, **covariances)
+    main(["inspect", str(tmp_path / "car.csv"), "--out", str(tmp_path / "car.toml")])
+    said = " ".join(capsys.readouterr().out.split())
+    assert "it lacks speed, steer in a known unit" in said
+    assert "(36 columns)" in said
+    assert "covariance[17]" not in said

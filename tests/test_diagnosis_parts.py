@@ -137,8 +137,8 @@ def test_the_fit_of_everything_is_the_least_of_errors_and_prior_wherever_the_pri
     tried = [one for one in candidates(library, data) if one.name in ("added_mass", "wind", "linear_drag")]
     problem = Problem(library, data)
     problems = Problems.of(problem, whiten(problem, tried).whitening)
-    free = tuple(tied for one in tried for tied in one.free)
-    slots = [tied[0] for tied in free]
+    free = tuple(slot for one in tried for slot in one.free)
+    slots = list(free)
     scale = library.scale[slots]
     centre = library.null.clone()
     centre[slots] += 4.0 * scale  # far enough to be felt beside eight flights

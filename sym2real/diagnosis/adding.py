@@ -182,7 +182,7 @@ def _check_fittable(wanted: Effect, equations: Equations) -> None:
 
 def _candidate(key: str, library: Library, data: Dataset) -> Candidate:
     """The effect as a hypothesis: as it competes, or with all its parameters where it would compete as one of two."""
-    whole = Candidate(key, (key,), tuple((slot,) for slot in library.indices(key)))
+    whole = Candidate(key, (key,), library.indices(key))
     return next((candidate for candidate in candidates(library, data) if candidate.keys == (key,)), whole)
 
 

@@ -131,10 +131,10 @@ def _alike(
 def _part_at_size(problems: Problems, first: Candidate, other: Candidate) -> bool:
     """Whether an effect of the expected size differs from every size of the other."""
     library = problems.problem.library
-    scales = [float(library.scale[candidate.free[0][0]]) for candidate in (first, other)]
+    scales = [float(library.scale[candidate.free[0]]) for candidate in (first, other)]
     sets = library.null.repeat(len(SIZES) + 2, 1)
-    sets[1, list(first.free[0])] = scales[0]
-    sets[2:, list(other.free[0])] = scales[1] * torch.tensor(SIZES, dtype=torch.float64)[:, None]
+    sets[1, first.free[0]] = scales[0]
+    sets[2:, other.free[0]] = scales[1] * torch.tensor(SIZES, dtype=torch.float64)
     residuals = problems.problem.residuals(sets)
     wanted = residuals[1] - residuals[0]
     whole = float(problems.whitening.loss(wanted[None]).sum())
@@ -146,8 +146,8 @@ def _smooth(
     smooth: Sequence[Candidate], problems: Problems, predictions: Predictions | None, needed: float, tried: int | None
 ) -> list[Visible]:
     """Rows of effects that act from zero on; where the noise was measured its blocks and logs, too, must tell them."""
-    library, free = problems.problem.library, tuple(tied for candidate in smooth for tied in candidate.free)
-    places = {candidate.name: [free.index(tied) for tied in candidate.free] for candidate in smooth}
+    library, free = problems.problem.library, tuple(slot for candidate in smooth for slot in candidate.free)
+    places = {candidate.name: [free.index(slot) for slot in candidate.free] for candidate in smooth}
     (fit,) = problems.quadratics([Hypothesis(free, library.null)])
     information = fit.curvature.sum(0)
     sizes = (needed / information.diagonal().clamp_min(1e-300)).sqrt()
@@ -168,8 +168,8 @@ def _smooth(
 def _smooth_rows(candidate: Candidate, library: Library, seen: Tensor, mattering: Tensor) -> list[Visible]:
     """A row per parameter, from the sizes from which on it is seen and matters, in units of scale ``# (A,)``."""
     rows, always = [], always_alike(candidate.name, library.equations)
-    for tied, *sizes in zip(candidate.free, seen.tolist(), mattering.tolist(), strict=True):
-        of, slot = library.slots[tied[0]].effect, library.slots[tied[0]].parameter
+    for place, *sizes in zip(candidate.free, seen.tolist(), mattering.tolist(), strict=True):
+        of, slot = library.slots[place].effect, library.slots[place].parameter
         largest = SETTINGS.nearly * max(slot.high - slot.null, slot.null - slot.low)
         smallest, matters = (slot.scale * size if slot.scale * size < largest else None for size in sizes)
         shown_by = library.effects[of].shown_by
@@ -187,13 +187,13 @@ def _absorbs(information: Tensor, own: list[int], other: list[int]) -> bool:
 def _threshold_row(candidate: Candidate, problems: Problems, predictions: Predictions | None, needed: float) -> Visible:
     """The mildest sizes of an effect with a threshold that would be found, and that would matter."""
     problem, library = problems.problem, problems.problem.library
-    of = library.slots[candidate.free[0][0]]
+    of = library.slots[candidate.free[0]]
     effect, slot = library.effects[of.effect], of.parameter
     smallest = matters = None
     levels = effect.searching.sizes(effect.body, values_for(library.equations, effect, problem.data))
     if len(levels):
         sets = library.null.repeat(len(levels) + 1, 1)
-        sets[1:, list(candidate.free[0])] = torch.as_tensor(np.asarray(levels))[:, None]
+        sets[1:, candidate.free[0]] = torch.as_tensor(np.asarray(levels))
         residuals = problem.residuals(sets)
         found = problems.whitening.loss(residuals[1:] - residuals[0]).sum(1) > needed
         smallest = _first(levels, found)

@@ -55,7 +55,7 @@ def refined(library: Library, flown: Dataset, logs: Dataset) -> Equations:
         return library.base
     constants = _of_constants(library.base)
     problems, start = _weighed(constants, with_velocities(segments), flown, noise), constants.null
-    values = improved(problems, tuple((place,) for place in range(len(constants.slots))), start, start, REFINING_STEPS)
+    values = improved(problems, tuple(range(len(constants.slots))), start, start, REFINING_STEPS)
     found = dict(zip((slot.parameter.name for slot in constants.slots), values.tolist(), strict=True))
     return replace(lifted(library.base), parameters={**library.base.parameters, **found})
 
@@ -112,7 +112,7 @@ class Calibration:
         """
         here = Hypothesis(free, self.origin)
         (fit,) = Problems.of(self.problem, self.whitening).quadratics([here], with_nuisance=False)
-        smooth = torch.tensor([all(self._is_smooth(slot) for slot in tied) for tied in free])
+        smooth = torch.tensor([self._is_smooth(slot) for slot in free])
         return by_log(torch.where(smooth, fit.gradient, 0.0), self.problem.log_names, logs)
 
     def _is_smooth(self, slot: int) -> bool:
@@ -152,22 +152,22 @@ def calibrated(library: Library, candidates: Sequence[Candidate], data: Dataset,
     whitening = spread.like(variances)
     problems = Problems.of(problem, whitening)
     smooth = [candidate for candidate in candidates if not candidate.needs_start]
-    free = tuple(dict.fromkeys(tied for candidate in smooth for tied in candidate.free))
+    free = tuple(dict.fromkeys(slot for candidate in smooth for slot in candidate.free))
     everything = problems.quadratics([Hypothesis(free, library.null)])[0]
     chosen = _worth_it(problems, everything, smooth, SETTINGS.base_gain * whitening.freedom)
-    free = tuple(tied for candidate in chosen for tied in candidate.free)
+    free = tuple(slot for candidate in chosen for slot in candidate.free)
     return Calibration(problem, spread, whitening, improved(problems, free, library.null, library.null, STEPS))
 
 
 def _worth_it(problems: Problems, everything: Fit, rivals: Sequence[Candidate], least: float) -> list[Candidate]:
     """Candidates that lower the quadratic model's loss by ``least`` each, the best first."""
-    places = {tied: place for place, tied in enumerate(everything.free)}
+    places = {slot: place for place, slot in enumerate(everything.free)}
     chosen: list[Candidate] = []
     saved = 0.0
     while len(chosen) < MOST_EFFECTS:
         trials = []
         for candidate in (candidate for candidate in rivals if candidate not in chosen):
-            part = everything.part([places[tied] for other in (*chosen, candidate) for tied in other.free])
+            part = everything.part([places[slot] for other in (*chosen, candidate) for slot in other.free])
             step = problems.best_step(part)
             change = 2 * part.gradient.sum(0) @ step + step @ part.curvature.sum(0) @ step
             # To first order a delay does what a lag does: which of two saves more must not be left to rounding.

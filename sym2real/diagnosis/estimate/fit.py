@@ -35,19 +35,19 @@ class Nuisance:
     """Parameters that every hypothesis has free, with their bounds.
 
     Args:
-        free: slots, those that move together in one tuple.
+        free: slots.
         low, high: bounds of each.
     """
 
-    free: tuple[tuple[int, ...], ...] = ()
+    free: Free = ()
     low: tuple[float, ...] = ()
     high: tuple[float, ...] = ()
 
-    def nearest(self, tied: tuple[int, ...], value: float, otherwise: float) -> float:
-        """The value itself as far as the bounds allow; ``otherwise`` for slots that are no nuisance."""
-        if tied not in self.free:
+    def nearest(self, slot: int, value: float, otherwise: float) -> float:
+        """The value itself as far as the bounds allow; ``otherwise`` for a slot that is no nuisance."""
+        if slot not in self.free:
             return otherwise
-        place = self.free.index(tied)
+        place = self.free.index(slot)
         return min(max(value, self.low[place]), self.high[place])
 
 
@@ -102,7 +102,8 @@ class Problems:
         if not hypotheses:
             return []
         sets = torch.stack([hypothesis.values for hypothesis in hypotheses])
-        held = [self._held(hypothesis.free) if with_nuisance else () for hypothesis in hypotheses]
+        nuisance = self.nuisance.free if with_nuisance else ()
+        held = [tuple(slot for slot in nuisance if slot not in hypothesis.free) for hypothesis in hypotheses]
         whole = [(*hypothesis.free, *others) for hypothesis, others in zip(hypotheses, held, strict=True)]
         fits: list[Fit] = []
         for hypothesis, others, columns in zip(hypotheses, held, self.problem.linearised(sets, whole), strict=True):
@@ -110,10 +111,6 @@ class Problems:
             parts = (products[:, 0, 0], products[:, 1:, 0], products[:, 1:, 1:])
             fits.append(Fit(hypothesis.free, others, hypothesis.values, *parts))
         return fits
-
-    def _held(self, free: Free) -> Free:
-        taken = {slot for tied in free for slot in tied}
-        return tuple(tied for tied in self.nuisance.free if not taken & set(tied))
 
     def fit(self, hypotheses: Sequence[Hypothesis], steps: int) -> list[Fit]:
         """Gauss–Newton with a line search, all hypotheses in one rollout per step; what was asked before is known."""
@@ -147,19 +144,16 @@ class Problems:
 
     def moved(self, fit: Fit, step: Tensor) -> Tensor:
         """Parameter set after a step ``# (A,)`` in units of scale, within bounds."""
-        values, scale = fit.values.clone(), self.problem.library.scale
-        index = [slot for tied in fit.whole for slot in tied]
-        owner = [place for place, tied in enumerate(fit.whole) for _ in tied]
-        low, high = self._bounds(fit)
-        moved = values[index] + step[owner] * scale[index]
-        values[index] = torch.minimum(torch.maximum(moved, low[owner]), high[owner])
+        values, slots, (low, high) = fit.values.clone(), list(fit.whole), self._bounds(fit)
+        moved = values[slots] + step * self.problem.library.scale[slots]
+        values[slots] = torch.minimum(torch.maximum(moved, low), high)
         return values
 
     def _bounds(self, fit: Fit) -> tuple[Tensor, Tensor]:
         """Of all that is free in a fit ``# (A,)`` each."""
-        low, high = (bound[[tied[0] for tied in fit.whole]] for bound in self.problem.library.bounds)
-        for place, tied in enumerate(fit.held, len(fit.free)):
-            number = self.nuisance.free.index(tied)
+        low, high = (bound[list(fit.whole)] for bound in self.problem.library.bounds)
+        for place, slot in enumerate(fit.held, len(fit.free)):
+            number = self.nuisance.free.index(slot)
             low[place], high[place] = self.nuisance.low[number], self.nuisance.high[number]
         return low, high
 
@@ -192,8 +186,8 @@ class Problems:
     def _within(self, fit: Fit, step: Tensor) -> Tensor:
         """The step, cut where it leaves the bounds."""
         low, high = self._bounds(fit)
-        index = [tied[0] for tied in fit.whole]
-        values, unit = fit.values[index], self.problem.library.scale[index]
+        slots = list(fit.whole)
+        values, unit = fit.values[slots], self.problem.library.scale[slots]
         return torch.minimum(torch.maximum(step, (low - values) / unit), (high - values) / unit)
 
     def best_step(self, fit: Fit) -> Tensor:
@@ -206,7 +200,7 @@ def nuisance_of(library: Library, origin: Tensor) -> Nuisance:
     known = [(slot, effect.of.nuisance) for key, effect in library.effects.items() for slot in library.indices(key)]
     bounds = [(slot, float(origin[slot]), factors) for slot, factors in known if factors is not None]
     return Nuisance(
-        tuple((slot,) for slot, _, _ in bounds),
+        tuple(slot for slot, _, _ in bounds),
         tuple(low * here for _, here, (low, _) in bounds),
         tuple(high * here for _, here, (_, high) in bounds),
     )

@@ -38,7 +38,7 @@ def overfitted(problems: Problems, tried: Sequence[Candidate], start: Tensor, la
     """
     smooth, others = ([candidate for candidate in tried if candidate.needs_start is flag] for flag in (False, True))
     if last is not None:
-        kept = [candidate for candidate in others if last[candidate.free[0][0]] != start[candidate.free[0][0]]]
+        kept = [candidate for candidate in others if last[candidate.free[0]] != start[candidate.free[0]]]
         return _fitted(problems, [*smooth, *kept], _centre(start, last, kept), last, AGAIN)
     fits = [_fitted(problems, smooth, start, start, STEPS)]
     for rivals in (others, smooth):
@@ -56,7 +56,7 @@ def _centre(start: Tensor, last: Tensor, kept: Sequence[Candidate]) -> Tensor:
 
 
 def _fitted(problems: Problems, chosen: Sequence[Candidate], centre: Tensor, values: Tensor, steps: int) -> Tensor:
-    free = tuple(dict.fromkeys(tied for candidate in chosen for tied in candidate.free))
+    free = tuple(dict.fromkeys(slot for candidate in chosen for slot in candidate.free))
     return improved(problems, free, values, centre, steps)
 
 
@@ -75,7 +75,7 @@ def _with_a_start(problems: Problems, rivals: Sequence[Candidate], values: Tenso
 
 def improved(problems: Problems, free: Free, values: Tensor, centre: Tensor, steps: int) -> Tensor:
     """Gauss–Newton steps within bounds, the prior's mean at ``centre``, until another is not worth it."""
-    slots = [tied[0] for tied in free]
+    slots = list(free)
     for _ in range(steps):
         fit = problems.quadratics([Hypothesis(free, values)], with_nuisance=False)[0]
         step = _bounded_step(problems, fit, centre)
@@ -91,7 +91,7 @@ def improved(problems: Problems, free: Free, values: Tensor, centre: Tensor, ste
 
 def _bounded_step(problems: Problems, fit: Fit, centre: Tensor) -> Tensor:
     """Minimum of the quadratic model and the prior within bounds, as a step in units of scale ``# (A,)``."""
-    library, slots = problems.problem.library, [tied[0] for tied in fit.free]
+    library, slots = problems.problem.library, list(fit.free)
     values, unit = fit.values[slots], library.scale[slots]
     curvature = fit.curvature.sum(0).numpy() + PRIOR * np.eye(len(slots))
     gradient = fit.gradient.sum(0).numpy() + PRIOR * ((values - centre[slots]) / unit).numpy()

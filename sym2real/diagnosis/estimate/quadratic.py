@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import torch
 from torch import Tensor
 
-Free = tuple[tuple[int, ...], ...]
+Free = tuple[int, ...]  # slots of a library
 
 RIDGE = 1e-9
 # Far above the smallest normal number, also after the ridge: below it 0/0 is no zero.
@@ -20,7 +20,7 @@ class Hypothesis:
     """Parameters that are free, and where a fit of them starts.
 
     Args:
-        free: slots, those that move together in one tuple.
+        free: slots.
         values: a whole parameter set ``# (P,)``.
     """
 
@@ -74,7 +74,7 @@ class Fit:
         gradient = self.gradient[:, places]
         return replace(
             self,
-            free=tuple(tied for place, tied in enumerate(self.free) if place not in places),
+            free=tuple(slot for place, slot in enumerate(self.free) if place not in places),
             loss=self.loss + 2 * gradient @ step + torch.einsum("a,sab,b->s", step, gone, step),
             gradient=self.gradient[:, rest] + across @ step,
             curvature=self.curvature[:, rest][:, :, rest],

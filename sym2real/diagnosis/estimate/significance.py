@@ -114,7 +114,7 @@ class Distance:
         """
         if candidate.needs_start:
             return cls._of_part(problems, fit, candidate, origin)
-        places, slots = [fit.free.index(tied) for tied in candidate.free], [tied[0] for tied in candidate.free]
+        places, slots = [fit.free.index(slot) for slot in candidate.free], candidate.slots
         known, without = fit.values[slots], origin[slots]
         pairs = zip(candidate.free, known.tolist(), without.tolist(), strict=True)
         neutral = torch.tensor([problems.nuisance.nearest(*pair) for pair in pairs], dtype=torch.float64)
@@ -129,9 +129,9 @@ class Distance:
         """
         values = fit.values.clone()
         values[candidate.slots] = origin[candidate.slots]
-        rest = tuple(tied for tied in fit.free if tied not in candidate.free)
+        rest = tuple(slot for slot in fit.free if slot not in candidate.free)
         before = problems.fit([Hypothesis(rest, values)], REFIT_STEPS)[0]
-        beside = tuple(tied for tied in fit.whole if tied not in candidate.free)
+        beside = tuple(slot for slot in fit.whole if slot not in candidate.free)
         (columns,) = problems.problem.linearised(fit.values[None], [beside])
         whole, slopes = columns[..., :1], columns[..., 1:]
         line = whole - problems.problem.residuals(before.values[None])[0, ..., None]

@@ -1,4 +1,4 @@
-"""Which effects compete, which of their parameters move together, and where fits of them start."""
+"""Which effects compete, and where fits of them start."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ class Candidate:
     """A hypothesis that competes.
 
     Args:
-        name: key of its effect; of the first of several that move together.
+        name: key of its effect; of the first of several.
         keys: its effects.
-        free: slots, those that move together in one tuple.
+        free: slots of its parameters.
         starts: further starting values of the first free parameter; the null value is always one.
         needs_start: the null value is no start, because nothing changes there.
         alike: keys of effects that this data cannot tell from it, by physics.
@@ -38,7 +38,7 @@ class Candidate:
 
     name: str
     keys: tuple[str, ...]
-    free: tuple[tuple[int, ...], ...]
+    free: tuple[int, ...]
     starts: tuple[float, ...] = ()
     needs_start: bool = False
     alike: tuple[str, ...] = ()
@@ -46,13 +46,13 @@ class Candidate:
 
     @property
     def slots(self) -> list[int]:
-        """All free slots, those that move together too."""
-        return [slot for tied in self.free for slot in tied]
+        """The free ones, as tensors are indexed."""
+        return list(self.free)
 
     def started(self, values: Tensor, level: float) -> Tensor:
         """A parameter set ``# (P,)`` with the first parameter at one of the starts."""
         values = values.clone()
-        values[list(self.free[0])] = level
+        values[self.free[0]] = level
         return values
 
 
@@ -101,14 +101,13 @@ def candidates(library: Library, data: Dataset) -> tuple[Candidate, ...]:
         values = values_for(library.equations, known_effect, data)
         fixed = known_effect.searching.fixed(known_effect.body, values, data)
         keys: tuple[str, ...] = (key,)
-        free: tuple[tuple[int, ...], ...] = tuple((slot,) for slot in slots)
         if key in twins:
-            keys, free = (key, twins[key]), (*free, *((slot,) for slot in library.indices(twins[key])))
+            keys, slots = (key, twins[key]), (*slots, *library.indices(twins[key]))
         candidates.append(
             Candidate(
                 key,
                 keys,
-                free=tuple(tied for tied in free if library.slots[tied[0]].parameter.name not in fixed),
+                free=tuple(slot for slot in slots if library.slots[slot].parameter.name not in fixed),
                 starts=known_effect.searching.starts(known_effect.body, values),
                 needs_start=not known_effect.searching.from_null,
                 alike=_matching(key, groups, known),

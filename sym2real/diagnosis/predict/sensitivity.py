@@ -54,32 +54,31 @@ class Problem:
         parts = [self._residuals(part) for part in sets.split(BATCH)]
         return parts[0] if len(parts) == 1 else torch.cat(parts)
 
-    def linearised(self, sets: Tensor, active: Sequence[Sequence[tuple[int, ...]]]) -> list[Tensor]:
+    def linearised(self, sets: Tensor, active: Sequence[Sequence[int]]) -> list[Tensor]:
         """Per set, residuals and their derivative by its active parameters ``# (S, R, 1 + A)``.
 
         Args:
             sets: parameter sets ``# (B, P)``.
-            active: per set, its free parameters: slots that move together, in units of their scale.
+            active: per set, slots of its free parameters; derivatives are in units of their scales.
         """
         rows, steps = [], []
         _, high = self.library.bounds
         for values, free in zip(sets, active, strict=True):
             rows.append(values)
-            for tied in free:
-                index = list(tied)
-                sign = torch.where(values[index] + STEP * self.library.scale[index] > high[index], -1.0, 1.0)
-                moved = values.clone()
-                moved[index] += sign[0] * STEP * self.library.scale[index]
+            for slot in free:
+                step = STEP * self.library.scale[slot]
+                sign, moved = -1.0 if values[slot] + step > high[slot] else 1.0, values.clone()
+                moved[slot] += sign * step
                 rows.append(moved)
-                steps.append(float(sign[0]) * STEP)
+                steps.append(sign * STEP)
         everything = self.residuals(torch.stack(rows)).transpose(0, 1)  # (S, B, R)
-        found, place, step = [], 0, 0
+        found, place, first = [], 0, 0
         for free in active:
             columns = everything[:, place : place + 1 + len(free)]
             columns[:, 1:] -= columns[:, :1]
-            columns[:, 1:] /= torch.tensor(steps[step : step + len(free)], dtype=torch.float64)[:, None]
+            columns[:, 1:] /= torch.tensor(steps[first : first + len(free)], dtype=torch.float64)[:, None]
             found.append(columns.mT)
-            place, step = place + 1 + len(free), step + len(free)
+            place, first = place + 1 + len(free), first + len(free)
         return found
 
     def start_jacobian(self, values: Tensor) -> Tensor:

@@ -93,16 +93,15 @@ def _around(
     form = dict.fromkeys(candidate.slots, 0.0)
     if near is not None:
         form = dict(zip(candidate.slots, near.variances(candidate).tolist(), strict=True))
-    for place, tied in zip(selection.places(selection.chosen, candidate), candidate.free, strict=True):
-        for index in tied:
-            effect, slot = library.effects[library.slots[index].effect], _parameter(selection, index)
-            value = reported(float(fit.values[index]), float(selection.origin[index]), slot)
-            reference = value - slot.null if slot.null in (0.0, 1.0) else value
-            # Nobody knows how a torque is answered.
-            by_torque = SETTINGS.stiffness * effect.of.by_torque(effect.body)
-            by_form = SETTINGS.interval_floor**2 + by_torque**2
-            squares = (float(halves[place]) * slot.scale) ** 2 + TWO_SIDED**2 * form[index] + by_form * reference**2
-            yield index, value, (squares + _unresolved(problem, effect.of, slot) ** 2) ** 0.5
+    for place, index in zip(selection.places(selection.chosen, candidate), candidate.free, strict=True):
+        effect, slot = library.effects[library.slots[index].effect], _parameter(selection, index)
+        value = reported(float(fit.values[index]), float(selection.origin[index]), slot)
+        reference = value - slot.null if slot.null in (0.0, 1.0) else value
+        # Nobody knows how a torque is answered.
+        by_torque = SETTINGS.stiffness * effect.of.by_torque(effect.body)
+        by_form = SETTINGS.interval_floor**2 + by_torque**2
+        squares = (float(halves[place]) * slot.scale) ** 2 + TWO_SIDED**2 * form[index] + by_form * reference**2
+        yield index, value, (squares + _unresolved(problem, effect.of, slot) ** 2) ** 0.5
 
 
 def _unresolved(problem: Problem, kind: Kind, slot: Parameter) -> float:
@@ -122,6 +121,6 @@ def spread_over_logs(selection: Selection, candidate: Candidate, fit: Fit) -> di
     deviation = torch.stack(steps).std(dim=0)
     slots = problems.problem.library.slots
     return {
-        slots[tied[0]].parameter.name: float(deviation[place]) * slots[tied[0]].parameter.scale
-        for place, tied in zip(selection.places(selection.chosen, candidate), candidate.free, strict=True)
+        slots[slot].parameter.name: float(deviation[place]) * slots[slot].parameter.scale
+        for place, slot in zip(selection.places(selection.chosen, candidate), candidate.free, strict=True)
     }

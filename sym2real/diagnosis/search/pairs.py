@@ -35,11 +35,11 @@ def hidden_pairs(selection: Selection, chosen: Sequence[Candidate], values: Tens
     problems, before = selection.problems, selection.free(chosen)
     rivals = [rival for rival in selection.open(chosen, selection.candidates) if not rival.needs_start]
     matrix = selection.model_of_all(before, values, rivals)
-    places = {tied: place for place, tied in enumerate(matrix.whole)}
+    places = {slot: place for place, slot in enumerate(matrix.whole)}
 
     def part(*some: Candidate) -> Fit:
-        free = (*before, *(tied for candidate in some for tied in candidate.free))
-        return matrix.part([places[tied] for tied in free])
+        free = (*before, *(slot for candidate in some for slot in candidate.free))
+        return matrix.part([places[slot] for slot in free])
 
     def left(*some: Candidate) -> float:
         return float(problems.left_out(part(*some)).sum())

@@ -89,12 +89,12 @@ class Selection:
 
     def free(self, chosen: Sequence[Candidate]) -> Free:
         """Parameters of several candidates, in their order."""
-        return tuple(tied for candidate in chosen for tied in candidate.free)
+        return tuple(slot for candidate in chosen for slot in candidate.free)
 
     def places(self, chosen: Sequence[Candidate], candidate: Candidate) -> list[int]:
         """Where a candidate's parameters stand among those of all chosen."""
         free = self.free(chosen)
-        return [free.index(tied) for tied in candidate.free]
+        return [free.index(slot) for slot in candidate.free]
 
     def ranked(self, chosen: Sequence[Candidate], values: Tensor, rivals: Sequence[Candidate]) -> list[EffectSet]:
         """Rivals, each joined to what is chosen, best first: screened on quadratic models, the best refitted.
@@ -164,10 +164,10 @@ class Selection:
         before = self.free(chosen)
         at_null = [candidate for candidate in rivals if not candidate.needs_start]
         everything = self.model_of_all(before, values, at_null)
-        places = {tied: place for place, tied in enumerate(everything.whole)}
-        reference = float(self.problems.left_out(everything.part([places[tied] for tied in before])).sum())
+        places = {slot: place for place, slot in enumerate(everything.whole)}
+        reference = float(self.problems.left_out(everything.part([places[slot] for slot in before])).sum())
         parts = [
-            (candidate, everything.part([places[tied] for tied in (*before, *candidate.free)])) for candidate in at_null
+            (candidate, everything.part([places[slot] for slot in (*before, *candidate.free)])) for candidate in at_null
         ]
         started = [(candidate, level) for candidate in rivals for level in candidate.starts]
         hypotheses = [
@@ -184,7 +184,7 @@ class Selection:
 
     def model_of_all(self, before: Free, values: Tensor, rivals: Sequence[Candidate]) -> Fit:
         """The quadratic model, by fold, of parameters that are free and of all rivals at their null."""
-        whole = tuple(dict.fromkeys((*before, *(tied for candidate in rivals for tied in candidate.free))))
+        whole = tuple(dict.fromkeys((*before, *(slot for candidate in rivals for slot in candidate.free))))
         asked = whole, values.numpy().tobytes()
         if asked not in self._models:
             (at_null,) = self.problems.quadratics([Hypothesis(whole, values)])
@@ -202,7 +202,7 @@ class Selection:
     def at_bound(self, fit: Fit, candidate: Candidate) -> bool:
         """Whether a fit has driven a parameter to the end of what is likely, which is not where the effect is none."""
         library = self.problems.problem.library
-        slots = [tied[0] for tied in candidate.free]
+        slots = candidate.slots
         values, near = fit.values[slots], AT_BOUND * library.scale[slots]
         ends = [(values - bound[slots]).abs() <= near for bound in library.bounds]
         elsewhere = (values - library.null[slots]).abs() > near
@@ -215,7 +215,7 @@ class Selection:
     def predicted_without(self, of: EffectSet, candidate: Candidate) -> float:
         """Price of a set without one of its effects, by the quadratic model about the set's fit."""
         fit, scale = of.fit, self.problems.problem.library.scale
-        places, slots = [fit.free.index(tied) for tied in candidate.free], [tied[0] for tied in candidate.free]
+        places, slots = [fit.free.index(slot) for slot in candidate.free], candidate.slots
         step = (self.origin[slots] - fit.values[slots]) / scale[slots]
         loss = self.problems.left_out(self.problems.by_fold(fit).without(places, step)).sum()
         return self.price(float(loss), len(of.chosen) - 1)

@@ -35,7 +35,7 @@ def without_a_library(robot: str, key: str = "", value: float = 0.0) -> tuple[Se
     library = Library.of(equations, [effect(key, equations) for key in known])
     problem = Problem(library, data)
     spread, segments = Spread.of(problem, library.null), problem.segments
-    slots, (low, high) = tuple((slot,) for slot in range(len(library.slots))), library.bounds
+    slots, (low, high) = tuple(range(len(library.slots))), library.bounds
     nuisance = Nuisance(slots, tuple(low.tolist()), tuple(high.tolist()))
     whitening = estimate(spread, problem.residuals(library.null[None])[0], segments.noise, segments.channel)
     for _ in range(2):

@@ -183,3 +183,14 @@ def test_in_an_effects_place_stands_another_that_is_not_at_its_bound() -> None:
     ended[slots[0]] = selection.problems.problem.library.bounds[1][slots[0]]
     assert not selection.at_bound(drag.fit, drag.candidate)
     assert selection.at_bound(replace(drag.fit, values=ended), drag.candidate)
+
+
+def test_an_effect_that_is_larger_than_what_is_likely_is_told() -> None:
+    """Half of the wind that there is."""
+    selection = chosen(("wind",))
+    library, problems = selection.problems.problem.library, selection.problems
+    assert not selection.driven_to_bounds()
+    slots = tuple(replace(slot, parameter=replace(slot.parameter, low=-0.01, high=0.01)) for slot in library.slots)
+    problem = Problem(replace(library, slots=slots), problems.problem.data, problems.problem.segments)
+    narrow = Selection(replace(problems, problem=problem), selection.candidates, selection.origin)
+    assert narrow.driven_to_bounds() == ["wind"]

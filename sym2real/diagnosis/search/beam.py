@@ -38,6 +38,8 @@ from sym2real.diagnosis.stages import OnProgress, Stages
 SCREENED, WIDTH = 4, 2
 # Relative fall of the whitened squares by which a fit of the same set is another one.
 BETTER = 1e-4
+UNNEEDED = "beyond chance, but no prediction needs it, and whole logs do not establish it"
+TOO_LARGE = "not taken, because its fit lies at the end of what is likely"
 
 Names = frozenset[str]
 
@@ -60,10 +62,13 @@ class SearchResult:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Remarks on the data and the method, and effects beyond chance that predictions do not need."""
-        names = ", ".join(candidate.name for candidate in self.needed.dropped)
-        small = f"beyond chance, but no prediction needs it, and whole logs do not establish it: {names}"
-        return (*self.prepared.notes, *([small] if names else []))
+        """Remarks on the data and the method, and effects that were not taken though the logs ask for them."""
+        not_taken = {
+            UNNEEDED: [candidate.name for candidate in self.needed.dropped],
+            TOO_LARGE: self.selection.driven_to_bounds(),
+        }
+        said = (f"{why}: {', '.join(names)}" for why, names in not_taken.items() if names)
+        return (*self.prepared.notes, *said)
 
 
 def search(prepared: Prepared, stages: Stages) -> SearchResult:

@@ -208,6 +208,11 @@ class Selection:
         elsewhere = (values - library.null[slots]).abs() > near
         return bool(((ends[0] | ends[1]) & elsewhere).any())
 
+    def driven_to_bounds(self) -> list[str]:
+        """Effects that would make the set surely cheaper, were they not at the end of what is likely."""
+        cheaper = (other for other in self.larger(self.present) if self.surely_cheaper(other, self.present))
+        return [other.candidate.name for other in cheaper if self.at_bound(other.fit, other.candidate)]
+
     def without(self, candidate: Candidate) -> tuple[list[Candidate], Fit]:
         """The fit of all chosen but one."""
         return self.without_one(self.chosen, self.fit, candidate)

@@ -34,7 +34,7 @@ def test_a_value_beyond_the_bounds_is_warned_of(tmp_path: Path, capsys: pytest.C
         capsys.readouterr()
         main(["add", str(tmp_path / "plain"), "added_mass", f"value={value}", "--out", str(tmp_path / value)])
         warned[value] = " ".join(line.strip() for line in capsys.readouterr().out.splitlines())
-    assert "warning: added_mass value=4 is outside what is likely here: in kg, from -0.0135 to 0.054" in warned["4"]
+    assert "warning: added_mass value=4 is outside what is likely here: in kg, from -0.018 to 0.108" in warned["4"]
     assert "warning" not in warned["0.004"]
 
 

@@ -97,16 +97,20 @@ class SafeFlight:
         self._steps += 1
         return action
 
+    @property
+    def hover(self) -> float:
+        """Thrust that holds the weight, by what the integral has learned so far, N."""
+        return float(self.mass * (GRAVITY + GAINS.position * self._trim[2]))
+
     def level(self, attitude: Array | None, part_of_weight: float) -> Array:
         """Action ``# (4,)`` that turns upright without a position; without an attitude too, it stops turning.
 
         Args:
             attitude: quaternion w x y z, body→world ``# (4,)``, or None where it is not known.
-            part_of_weight: thrust as a part of what holds the weight, by the integral so far.
+            part_of_weight: thrust as a part of :attr:`hover`.
         """
         rates = np.zeros(3)
         if attitude is not None:
             up = body_axes(attitude / np.linalg.norm(attitude))[2]  # the world's z axis in body axes
             rates[:2] = LEVELLING * np.array([-up[1], up[0]])  # the body's z axis × up
-        hover = self.mass * (GRAVITY + GAINS.position * self._trim[2])
-        return np.array([part_of_weight * hover, *rates])
+        return np.array([part_of_weight * self.hover, *rates])

@@ -165,32 +165,35 @@ def test_the_end_of_what_is_likely_is_a_bound_and_none_of_an_effect_is_not() -> 
 
 def test_what_shares_a_number_or_cannot_stand_beside_what_is_chosen_is_not_open() -> None:
     selection = chosen(("wind", "linear_drag", "quadratic_drag"))
-    wind, drag, other = (one for name in ("wind", "linear_drag", "quadratic_drag") for one in selection.candidates
-                         if one.name == name)  # fmt: skip
-    assert [one.name for one in selection.open([wind], selection.candidates) if one is wind] == []
-    assert drag in selection.open([wind], selection.candidates)
+    wind, drag, other = selection.candidates
+    assert selection.open([wind], selection.candidates) == [drag, other]
     apart = replace(drag, excludes=(other.name,))
-    assert other not in selection.open([apart], selection.candidates)
-    assert wind in selection.open([apart], selection.candidates)
+    assert selection.open([apart], selection.candidates) == [wind]
 
 
 def test_in_an_effects_place_stands_another_that_is_not_at_its_bound() -> None:
     selection = chosen(("wind", "linear_drag"), "wind")
     (place,) = Near.of(selection).places
     assert [rival.candidate.name for rival in place.rivals] == ["linear_drag"]
-    (drag,) = place.rivals
-    slots, ended = drag.candidate.slots, drag.fit.values.clone()
-    ended[slots[0]] = selection.problems.problem.library.bounds[1][slots[0]]
-    assert not selection.at_bound(drag.fit, drag.candidate)
-    assert selection.at_bound(replace(drag.fit, values=ended), drag.candidate)
+    least = 0.1 * float(place.rivals[0].fit.values[selection.candidates[1].slots].abs().max())
+    narrow = narrowed(selection, "linear_drag", least)
+    narrow.put(selection.chosen, selection.fit)
+    assert Near.of(narrow).places[0].rivals == []
 
 
 def test_an_effect_that_is_larger_than_what_is_likely_is_told() -> None:
     """Half of the wind that there is."""
     selection = chosen(("wind",))
-    library, problems = selection.problems.problem.library, selection.problems
     assert not selection.driven_to_bounds()
-    slots = tuple(replace(slot, parameter=replace(slot.parameter, low=-0.01, high=0.01)) for slot in library.slots)
+    assert narrowed(selection, "wind", 0.01).driven_to_bounds() == ["wind"]
+
+
+def narrowed(selection: Selection, key: str, most: float) -> Selection:
+    """Nothing chosen, and the parameters of an effect within ± ``most``."""
+    problems, library = selection.problems, selection.problems.problem.library
+    slots = tuple(
+        replace(slot, parameter=replace(slot.parameter, low=-most, high=most)) if slot.effect == key else slot
+        for slot in library.slots
+    )
     problem = Problem(replace(library, slots=slots), problems.problem.data, problems.problem.segments)
-    narrow = Selection(replace(problems, problem=problem), selection.candidates, selection.origin)
-    assert narrow.driven_to_bounds() == ["wind"]
+    return Selection(replace(problems, problem=problem), selection.candidates, selection.origin)

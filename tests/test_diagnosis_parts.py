@@ -5,14 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import torch
-from noisy_flights import LEFT_OUT, flights, flights_with
+from noisy_flights import LEFT_OUT, flights, flights_with, flights_with_all
 from numpy.typing import NDArray
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import add, diagnose
+from sym2real.diagnosis.estimate import overfit
 from sym2real.diagnosis.estimate.calibrate import refined
 from sym2real.diagnosis.estimate.fit import Problems
-from sym2real.diagnosis.estimate.overfit import PRIOR, improved, lower_factor
+from sym2real.diagnosis.estimate.overfit import improved, lower_factor
 from sym2real.diagnosis.estimate.simulator import flown_along
 from sym2real.diagnosis.estimate.weighing import whiten
 from sym2real.diagnosis.predict.candidate import candidates, library_for
@@ -131,8 +132,13 @@ def test_rounding_leaves_a_curvature_with_a_factor() -> None:
     np.testing.assert_allclose(lower @ lower.T / scale, curvature / scale, atol=1e-8)
 
 
-def test_the_fit_of_everything_is_the_least_of_errors_and_prior_wherever_the_prior_is() -> None:
-    data = flights()  # healthy ones, so that the prior alone moves the fit
+@pytest.mark.parametrize("prior", [1.0, 1e5])
+def test_the_fit_of_everything_is_the_least_of_errors_and_prior_wherever_the_prior_is(
+    prior: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A prior that hardly counts beside the flights, and one beside which they hardly count."""
+    monkeypatch.setattr(overfit, "PRIOR", prior)
+    data = flights()
     library = library_for(CRAZYFLIE.nominal(), data, OTHERS[:-2])
     tried = [one for one in candidates(library, data) if one.name in ("added_mass", "wind", "linear_drag")]
     problem = Problem(library, data)
@@ -141,16 +147,16 @@ def test_the_fit_of_everything_is_the_least_of_errors_and_prior_wherever_the_pri
     slots = list(free)
     scale = library.scale[slots]
     centre = library.null.clone()
-    centre[slots] += 4.0 * scale  # far enough to be felt beside eight flights
+    centre[slots] += 4.0 * scale
 
     def objective(sets: torch.Tensor) -> torch.Tensor:
         losses = problems.whitening.loss(problem.residuals(sets)).sum(1)
-        return losses + PRIOR * ((sets[:, slots] - centre[slots]) / scale).square().sum(1)
+        return losses + prior * ((sets[:, slots] - centre[slots]) / scale).square().sum(1)
 
     best = improved(problems, free, library.null, centre, 20)
     beside = best.repeat(2 * len(slots), 1)
     for place, slot in enumerate(slots):
-        beside[2 * place : 2 * place + 2, slot] += torch.tensor([-1.0, 1.0]) * 0.05 * scale[place]
+        beside[2 * place : 2 * place + 2, slot] += torch.tensor([-1.0, 1.0]) * 2e-3 * scale[place]
     assert float(objective(best[None])) < float(objective(library.null[None]))
     assert bool((objective(beside) > objective(best[None])).all())
 
@@ -163,3 +169,15 @@ def test_one_rate_command_may_have_a_gain_of_its_own() -> None:
     )
     assert [one.effect for one in result.findings] == ["gain:wx_cmd"]
     assert result.findings[0].values["value"] == pytest.approx(1.4, rel=0.05)
+
+
+def test_each_of_two_alike_commands_scatters_over_logs_by_itself() -> None:
+    """By the name of the parameter alone, which both have, one had the other's."""
+    data = flights_with_all({"gain:wx_cmd": {"value": 1.4}, "gain:wy_cmd": {"value": 0.8}})
+    others = [key for key in OTHERS if key != "gain:*"]
+    found = {one.effect: one for one in diagnose(CRAZYFLIE.nominal(), data, exclude=others).findings}
+    assert set(found) == {"gain:wx_cmd", "gain:wy_cmd"}
+    first, second = (found[key].log_spread["value"] for key in sorted(found))
+    assert first > 0.0
+    assert second > 0.0
+    assert first != second

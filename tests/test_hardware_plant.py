@@ -51,8 +51,8 @@ class Flown:
         self.clock = TestClock()
         self.link = SimulatedLink(self.clock, [effect(key, CRAZYFLIE).inject(**values) for key, values in effects])
         self.rows: list[Row] = []
-        pilot = FlightPilot(CRAZYFLIE)
-        self.plant = HardwarePlant(self.link, pilot, clock=self.clock, record=self.rows.append, guard=False)
+        self.pilot = FlightPilot(CRAZYFLIE)
+        self.plant = HardwarePlant(self.link, self.pilot, clock=self.clock, record=self.rows.append, guard=False)
 
     def hover(self, seconds: float) -> Array:
         """Hold the place by the geometric controller; the last state."""
@@ -149,8 +149,9 @@ def test_lost_data_land_blind(source: str, phase: str, threshold: float) -> None
     assert 0.0 < when - lost - threshold < 0.05
     blind = [row for row in flown.rows if row.command.phase == "blind landing"]
     assert blind[-1].reading.time - blind[0].reading.time <= 3.0 + 0.05
-    # Take-off has learned that what holds this robot is its weight, to half a percent.
-    assert blind[0].sent[0] == pytest.approx(0.99 * 0.94 * CRAZYFLIE.rest[0], rel=0.005)
+    learned = flown.pilot.safe.hover / CRAZYFLIE.rest[0]
+    assert learned == pytest.approx(1.0, rel=0.005)  # of a robot whose map and mass are right
+    assert blind[0].sent[0] == pytest.approx(0.99 * 0.94 * learned * CRAZYFLIE.rest[0])
     assert flown.link.stopped
 
 

@@ -16,6 +16,7 @@ from torch import Tensor
 from sym2real.control.noise import deviations, sample, smoothing
 from sym2real.dataset import Dataset
 from sym2real.effects.along_logs import predicted_from, prepared
+from sym2real.generator import generator_of
 from sym2real.neural.model_folder import Model
 from sym2real.robots import Robot
 from sym2real.trajectory import Array, Trajectory
@@ -52,7 +53,7 @@ def beyond_limits(model: Model, base: Model, logs: Sequence[Trajectory], robot: 
 def _noise(robot: Robot, steps: int, seed: int) -> Tensor:
     """Of the commands, as MPPI draws it ``# (rollouts, steps, action)``."""
     spread = deviations(robot.mppi.noise, len(robot.layouts.action))
-    return sample(ROLLOUTS, smoothing(steps, robot.dt, robot.mppi), spread, torch.Generator().manual_seed(int(seed)))
+    return sample(ROLLOUTS, smoothing(steps, robot.dt, robot.mppi), spread, generator_of(seed))
 
 
 def _rolled_out(

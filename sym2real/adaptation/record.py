@@ -34,9 +34,8 @@ class Record:
         """Note what the folder's run is, or check that it is the same run; errors as of :meth:`require_same`."""
         self.require_same(settings)
         if self.folder is not None and not (self.folder / SETTINGS).exists():
-            write_text(
-                self.folder / SETTINGS, json.dumps(settings, indent=1, default=int)
-            )  # NumPy has integers of its own
+            text = json.dumps(settings, indent=1, default=int)  # NumPy has integers of its own
+            write_text(self.folder / SETTINGS, text)
 
     def require_same(self, settings: dict[str, Any]) -> None:
         """Refuse a folder that holds another run; nothing is written.

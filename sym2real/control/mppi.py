@@ -229,8 +229,8 @@ class MPPI:
             seen = self._seen
             noise = self._fused.noise(self.seed, seen.call) if seen.noise is None else seen.noise
             actions = torch.clamp(seen.mean + noise, self._low, self._high)
-            acting = actions if seen.filters is None else seen.filters.apply(actions)
-            states = self._torch.rollout(seen.state, acting, seen.inputs, past=seen.past, hidden=seen.hidden)
+            given = seen.state, actions, seen.inputs, seen.filters
+            states = self._torch.rollout(*given, past=seen.past, hidden=seen.hidden)
             self._plan = Plan(states, actions, self._costs, weigh(self._costs, self.settings.temperature))
         return self._plan
 

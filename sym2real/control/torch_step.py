@@ -79,8 +79,7 @@ class TorchStep:
         hidden: Tensor | None = None,
     ) -> Plan:
         """What comes of actions ``# (N, H, action)`` from a state at a step."""
-        acting = actions if self.filters is None else self.filters.apply(actions)
-        states = self.rollout(state, acting, inputs, past=past, hidden=hidden)
+        states = self.rollout(state, actions, inputs, self.filters, past=past, hidden=hidden)
         costs = self.cost(states, actions, self.references.after(step)).sum(-1)
         costs = costs.masked_fill(~states.sum((-2, -1)).isfinite(), torch.inf)
         return Plan(states, actions, costs, weigh(costs, self.robot.mppi.temperature))
@@ -90,11 +89,12 @@ class TorchStep:
         state: ArrayLike,
         actions: Tensor,
         inputs: ArrayLike | None,
+        filters: FilterState | None,
         *,
         past: Tensor | None = None,
         hidden: Tensor | None = None,
     ) -> Tensor:
-        """States ``# (N, H, state)`` after actions ``# (N, H, action)`` that have gone through the filters.
+        """States ``# (N, H, state)`` after actions ``# (N, H, action)``, which go through the filters first.
 
         A model that sees the past is given ``past`` of the start ``# (columns,)``, one with hidden states begins with
         ``hidden`` ``# (hidden,)``; without, they begin with each sample's first action.
@@ -106,6 +106,8 @@ class TorchStep:
         if start.shape != (size,):
             raise ShapeError(f"state: expected the shape ({size},), found {tuple(start.shape)}")
         start = self.robot.layouts.state.normalise(start)  # a measured quaternion, say
+        if filters is not None:
+            actions = filters.apply(actions)
         start = (start if hidden is None else torch.cat([start, hidden])).expand(len(actions), -1)
         with torch_alone() if self.alone else nullcontext():
             return rollout(self.model, start, actions, known, past=past, normalise=self.robot.layouts.state.normalise)

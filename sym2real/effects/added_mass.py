@@ -10,6 +10,7 @@ from typing import Any
 from sym2real.effects.alike import ONE_LIFT, ONE_MAP, ONE_STRENGTH, ONE_THRUST, Member
 from sym2real.effects.body import Body
 from sym2real.effects.domain import Domain
+from sym2real.effects.gain import LEAST, MOST
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.thrust import acting_thrust
 from sym2real.effects.truth import editing, set_inertial
@@ -19,8 +20,8 @@ from sym2real.symbolic import Equations, symbol
 def _parameters(body: Body) -> tuple[Parameter, ...]:
     mass = body.numbers.get("mass", 1.0)
     left = Domain(-mass, open=True)  # some of it must be
-    # As far as the thrust gains that it stands for, from 3 to 0.2.
-    return (Parameter("value", "kg", null=0.0, low=-mass / 1.5, high=4.0 * mass, scale=0.1 * mass, domain=left),)
+    low, high = (mass * (1.0 / gain - 1.0) for gain in (MOST, LEAST))  # as far as the thrust gains that it stands for
+    return (Parameter("value", "kg", null=0.0, low=low, high=high, scale=0.1 * mass, domain=left),)
 
 
 def _substitute(equations: Equations, values: Values, body: Body) -> Equations:

@@ -11,6 +11,8 @@ from sym2real.effects.truth import commanding
 from sym2real.layout import turned_by_motors
 from sym2real.symbolic import Equations, symbol
 
+LEAST, MOST = 0.2, 3.0  # what is likely
+
 
 def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
     if body.column in equations.quantities:
@@ -26,7 +28,7 @@ def _stood_for_by(body: Body) -> str:
 GAIN = Kind(
     name="gain",
     stage="command",
-    parameters=of_any_body(Parameter("value", "1", null=1.0, low=0.2, high=3.0, scale=0.1)),
+    parameters=of_any_body(Parameter("value", "1", null=1.0, low=LEAST, high=MOST, scale=0.1)),
     formula=r"a \to k\,a",
     summary="The robot answers a command with a fixed multiple of it.",
     confused_with="an offset while the command hardly varies; for thrust also added mass, unless motors turn the body",

@@ -78,8 +78,10 @@ def _pace(draft: Draft) -> Array:
     """How fast the car goes, m/s ``# (rows,)``; zeros where nothing tells."""
     if draft.has("vx", "vy"):
         return np.hypot(draft.series("vx"), draft.series("vy"))
+    if not draft.has("x", "y"):
+        return np.zeros(len(draft.rows.stamps))
     slopes = slopes_of_positions(draft)
-    return np.hypot(slopes["vx"], slopes["vy"]) if draft.has("x", "y") else np.zeros(len(draft.rows.stamps))
+    return np.hypot(slopes["vx"], slopes["vy"])
 
 
 def _speed(draft: Draft) -> None:

@@ -17,6 +17,7 @@ from torch import Tensor
 
 from sym2real.dataset import Transitions
 from sym2real.errors import ShapeError
+from sym2real.generator import generator_of
 from sym2real.layout import Layouts
 from sym2real.neural.blocks import blocks_of
 from sym2real.neural.descent import Descent, descend
@@ -114,7 +115,7 @@ class _Rows:
     def of(cls, transitions: Transitions, ensemble: Ensemble, seed: int) -> _Rows:
         """The bootstrap of every member over all folds but one, of which as many rows validate each."""
         blocks, folds = blocks_of(runs_of(transitions), 1, 0)
-        generator = torch.Generator().manual_seed(int(seed))
+        generator = generator_of(seed)
         rows = torch.cat([torch.arange(*block) for block in blocks])
         fold = torch.cat([torch.full((end - first,), at) for (first, end), at in zip(blocks, folds, strict=True)])
         count = max(folds) + 1  # the middle of a log first: of its beginning the rest tells least

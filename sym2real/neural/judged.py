@@ -12,6 +12,7 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
+from sym2real.generator import generator_of
 from sym2real.layout import Layout
 from sym2real.neural.batch import Batch
 from sym2real.neural.blocks import EVERY
@@ -41,7 +42,7 @@ class Judged:
         base, _ = batch.parts(batch.error.new_zeros(len(batch.scale), len(every), batch.moved.shape[-1]), every)
         self._weight = 1.0 / base.square().mean((0, 2, 3)).clamp(min=1.0)
         self._size = max(1, rows // len(batch.scale))
-        self._generator = torch.Generator().manual_seed(int(seed))
+        self._generator = generator_of(seed)
         self._order = torch.arange(0)
         self._judging = torch.arange(0, len(batch.starts), max(1, len(batch.starts) // JUDGING))
 

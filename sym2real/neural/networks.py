@@ -9,6 +9,7 @@ import torch
 from torch import Tensor, nn
 
 from sym2real.errors import ShapeError
+from sym2real.generator import generator_of
 
 
 class Layer(nn.Module):
@@ -42,7 +43,7 @@ class Networks(nn.Module):
         if min((count, *sizes)) < 1:
             raise ShapeError(f"expected networks and layers of at least one unit, found {count} of {(*sizes,)}")
         self.count = count
-        generator = torch.Generator().manual_seed(int(seed))
+        generator = generator_of(seed)
         self.layers = nn.ModuleList(Layer(seen, out, count, generator) for seen, out in pairwise(sizes))
 
     @torch.no_grad()

@@ -14,6 +14,7 @@ import torch
 from torch import Tensor
 
 from sym2real.errors import ShapeError
+from sym2real.generator import generator_of
 from sym2real.neural.ensemble import Ensemble
 
 Scheme = Literal["TSinf", "TS1"]
@@ -41,7 +42,7 @@ def particle_rollouts(
         raise ShapeError(f"expected a multiple of the {members} members as the number of particles, found {particles}")
     if scheme not in ("TSinf", "TS1"):
         raise ShapeError(f"expected the scheme TSinf or TS1, found {scheme!r}")
-    generator = torch.Generator().manual_seed(int(seed))
+    generator = generator_of(seed)
     batch = torch.broadcast_shapes(state.shape[:-1], actions.shape[:-2])
     steps = actions.expand(*batch, *actions.shape[-2:]).reshape(-1, *actions.shape[-2:])
     at = state.expand(*batch, -1).reshape(-1, state.shape[-1]).repeat(particles, 1, 1)

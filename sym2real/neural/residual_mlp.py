@@ -17,6 +17,7 @@ import torch
 from torch import Tensor, nn
 
 from sym2real.errors import ShapeError
+from sym2real.generator import generator_of
 from sym2real.layout import Layouts
 
 
@@ -71,7 +72,7 @@ class ResidualMLP(nn.Module):
         return {"widths": self.widths, "commands": self.commands, "states": self.states}
 
     def _begin(self, seed: int) -> None:
-        generator = torch.Generator().manual_seed(int(seed))
+        generator = generator_of(seed)
         with torch.no_grad():
             for linear in self._linears():
                 bound = (6.0 / linear.in_features) ** 0.5  # K. He et al., ICCV 2015, for ReLU

@@ -67,11 +67,11 @@ def run_episode(
     controller.reset()
     pushes = repeat(None, steps) if wrench is None else wrench[:steps]
     states, actions, inputs, stamps = _closed_loop(plant, controller, state, pushes, on_step)
-    even = plant.dt * np.arange(len(states), dtype=np.float64)
-    time = stamps - stamps[0] if hasattr(plant, "measured_at") else even
-    references = {} if task is None else _references(task, even, plant)
+    references = {} if task is None else _references(task, plant.dt * np.arange(len(states), dtype=np.float64), plant)
     notes = ("ended by a crash",) if plant.crashed else ()
-    return Trajectory(time, states, actions, inputs, plant.layouts, extra=references, name=name, notes=notes)
+    return Trajectory(
+        stamps - stamps[0], states, actions, inputs, plant.layouts, extra=references, name=name, notes=notes
+    )
 
 
 def _closed_loop(
@@ -79,16 +79,16 @@ def _closed_loop(
 ) -> tuple[Array, Array, Array, Array]:
     """States, actions and inputs ``# (rows, …)``, one row per push, from the state that the reset plant measured.
 
-    At last, when each state was measured, where the plant says so ``# (rows,)``.
+    At last, when each state was measured, s ``# (rows,)``.
     """
     rows = []
     for step, push in enumerate(pushes):
         if push is not None:
             plant.push(push)  # type: ignore[attr-defined]
-        held, stamp = plant.inputs, getattr(plant, "measured_at", 0.0)
+        held, stamp = plant.inputs, _measured_at(plant, step)
         action = np.asarray(controller.act(state, step, held), dtype=np.float64)
         if step == 0:  # a start is held, and measured again, until the first action is there
-            stamp = getattr(plant, "measured_at", 0.0)
+            stamp = _measured_at(plant, step)
         measured, state = state, plant.step(action)
         sent = plant.sent
         rows.append((measured, sent, held, stamp))
@@ -99,6 +99,11 @@ def _closed_loop(
             break
     states, actions, inputs, stamps = map(np.array, zip(*rows, strict=True))
     return states, actions, inputs, stamps
+
+
+def _measured_at(plant: Plant, step: int) -> float:
+    stamp: float = getattr(plant, "measured_at", step * plant.dt)
+    return stamp
 
 
 def _references(task: Task, time: Array, plant: Plant) -> dict[str, Array]:

@@ -25,13 +25,15 @@ class Forces:
         model: the compiled file.
         links: its joints.
         actions: column of the action by actuator; others stand at control 0.
-        dt: control period in s.
+        dt: time step in s.
+        moved: what a force along each joint moves, kg or kg m² ``# (n,)``.
     """
 
     model: mujoco.MjModel
     links: Sequence[Link]
     actions: Mapping[str, str]
     dt: float
+    moved: Sequence[float]
 
     def at(self, place: Values, rate: Values) -> Values:
         """Where the joints are and how fast they move ``# (n,)``."""
@@ -52,12 +54,12 @@ class Forces:
                 pushed[number] = _within(pushed[number], self.model.jnt_actfrcrange[joint])
         return force + pushed
 
-    def held(self, rate: Sequence[Expr], other: Values, inertia: Sequence[float]) -> Values:
-        """All forces with dry friction, of joints that move so many kg or kg m² ``# (n,)``, beside the others."""
+    def held(self, rate: Sequence[Expr], other: Values) -> Values:
+        """Other forces ``# (n,)``, and dry friction against the rates and what these ask for."""
         found = other.copy()
         for number, link in enumerate(self.links):
             friction = symbol(friction_quantity(link.joint))
-            found[number] += dry_friction(friction, rate[number], self.dt, inertia[number], other[number])
+            found[number] += dry_friction(friction, rate[number], self.dt, self.moved[number], other[number])
         return found
 
     def _given(self, index: int, control: Expr, place: Expr, rate: Expr) -> Expr:

@@ -77,7 +77,8 @@ def multibody(model: mujoco.MjModel, layouts: Layouts, actions: Mapping[str, str
     build.quantities |= {load_quantity(model.site(site).name): Integer(0) for site in columns.loaded_sites(model)}
     build.quantities |= {damping_quantity(link.joint): as_expression(link.damping) for link in links}
     build.quantities |= {friction_quantity(link.joint): as_expression(link.friction) for link in links}
-    forces = Forces(model, links, actions, build.part)
+    alone = [1.0 / float(model.dof_invweight0[model.joint(link.joint).dofadr[0]]) for link in links]
+    forces = Forces(model, links, actions, build.part, alone)
     names = [link.joint for link in links]
     place = np.array([symbol(name) for name in names], dtype=object)
     rate = np.array([symbol(rate_column(name)) for name in names], dtype=object)
@@ -99,8 +100,7 @@ def _accelerations(build: Build, forces: Forces, place: Values, rate: Values) ->
     transforms = [_named(build, link, coordinate) for link, coordinate in zip(links, place, strict=True)]
     bias = _bias(build, links, transforms, rate)
     drive = build.each("drive", forces.at(place, rate) - bias)
-    alone = [1.0 / float(forces.model.dof_invweight0[forces.model.joint(link.joint).dofadr[0]]) for link in links]
-    wanted = build.each("wanted", forces.held(rate, drive, alone))
+    wanted = build.each("wanted", forces.held(rate, drive))
     return _solved(build, _mass_matrix(build, links, transforms), wanted)
 
 

@@ -63,7 +63,6 @@ class _Body:
         forces: along their joints.
         moment: m c_x in kg m.
         lever: where pushes act, in the body's axes, m ``# (2,)``.
-        moved: what a torque about each axle moves, kg m² ``# (n,)``.
         drilling: of wheels with a width: its torque by the turning rate and the other torques.
     """
 
@@ -71,7 +70,6 @@ class _Body:
     forces: Forces
     moment: float
     lever: Sequence[float]
-    moved: Sequence[float]
     drilling: Callable[..., Expr]
 
     def accelerations(self, build: Build, rates: Values) -> Values:
@@ -82,7 +80,7 @@ class _Body:
             build.name(rate_column(name), a * speed + b * turning) for name, (a, b) in zip(names, ways, strict=True)
         ]
         along = self.forces.at(exact(np.zeros(len(names))), np.array(of_wheels, dtype=object))
-        along = self.forces.held(of_wheels, build.each("drive", along), self.moved)
+        along = self.forces.held(of_wheels, build.each("drive", along))
         torques = [build.name(f"torque_{name}", force) for name, force in zip(names, along, strict=True)]
         pushed, aside, (x, y) = symbol("push_ahead"), symbol("push_left"), self.lever
         by_wheels = [sum(way[of] * torque for way, torque in zip(ways, torques, strict=True)) for of in (0, 1)]
@@ -123,10 +121,10 @@ def rolling(model: mujoco.MjModel, data: Any, layouts: Layouts, actions: Mapping
         dt,
         parts_of(decay, dt, dry=True),
     )
-    forces = Forces(model, links, actions, build.part)
     moved = [1.0 / float(way @ np.linalg.solve(inertia, way)) for way in wheels.ways]
+    forces = Forces(model, links, actions, build.part, moved)
     against = partial(dry_friction, symbol(DRILLING), dt=build.part, inertia=inertia[1, 1])
-    described = _Body(wheels, forces, moment, lever, moved, against)
+    described = _Body(wheels, forces, moment, lever, against)
     sine, cosine = symbol("sin_yaw"), symbol("cos_yaw")
     build.quantities |= {
         "push_ahead": symbol("fx") * cosine + symbol("fy") * sine,

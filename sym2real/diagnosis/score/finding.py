@@ -113,7 +113,7 @@ def findings(
                     separate_by=of.shown_by if len(group) > 1 else "",
                     provisional=provisional,
                     fix=of.fix,
-                    log_spread=logs,
+                    log_spread=logs.get(key, {}),
                     voltage=_voltage(of),
                     probability=probabilities.get(candidate.name),
                 )

@@ -111,16 +111,16 @@ def _unresolved(problem: Problem, kind: Kind, slot: Parameter) -> float:
     return timing * (OF_UNEVEN if resampled else WITHIN_A_STEP * kind.lagging) * problem.data.dt
 
 
-def spread_over_logs(selection: Selection, candidate: Candidate, fit: Fit) -> dict[str, float]:
-    """Standard deviation over logs of each parameter when every log fits its own, in its unit."""
+def spread_over_logs(selection: Selection, candidate: Candidate, fit: Fit) -> dict[str, dict[str, float]]:
+    """Standard deviation over logs of each parameter when every log fits its own, in its unit; by effect and name."""
     problems = selection.problems
     log = torch.as_tensor(problems.problem.segments.log)
     steps = [problems.best_step(fit.of_segments(log == index)) for index in log.unique()]
     if len(steps) < 2:
         return {}
-    deviation = torch.stack(steps).std(dim=0)
-    slots = problems.problem.library.slots
-    return {
-        slots[slot].parameter.name: float(deviation[place]) * slots[slot].parameter.scale
-        for place, slot in zip(selection.places(selection.chosen, candidate), candidate.free, strict=True)
-    }
+    deviation, by_effect = torch.stack(steps).std(dim=0), dict[str, dict[str, float]]()
+    for place, index in zip(selection.places(selection.chosen, candidate), candidate.free, strict=True):
+        slot = problems.problem.library.slots[index]
+        own = by_effect.setdefault(slot.effect, {})
+        own[slot.parameter.name] = float(deviation[place]) * slot.parameter.scale
+    return by_effect

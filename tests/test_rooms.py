@@ -31,6 +31,7 @@ FLOORS: dict[str, int] = {
             "files",
             "upward",
             "threads",
+            "generator",
             "toml_tables",
         ),
         0,

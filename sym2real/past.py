@@ -34,8 +34,7 @@ def past_of_rows(action: Array, state: Array, first: NDArray[np.int64], commands
 
 def past_rows(model: object) -> tuple[int, int]:
     """How many past commands and states a model sees, as its attribute ``past_rows`` says; none without."""
-    found: tuple[int, int] = getattr(model, "past_rows", (0, 0))
-    return found
+    return getattr(model, "past_rows", (0, 0))
 
 
 class Past:

@@ -31,22 +31,18 @@ class Plant(Protocol):
     @property
     def layouts(self) -> Layouts:
         """Columns of state, action and inputs."""
-        ...
 
     @property
     def dt(self) -> float:
         """Control period in s."""
-        ...
 
     @property
     def inputs(self) -> Array:
         """Known inputs at the present moment ``# (inputs,)``."""
-        ...
 
     @property
     def crashed(self) -> bool:
         """True once the episode cannot go on (ground contact)."""
-        ...
 
     @property
     def sent(self) -> Array:
@@ -54,15 +50,12 @@ class Plant(Protocol):
 
         Logs and controllers' memories hold this one.
         """
-        ...
 
     def reset(self, state: ArrayLike | None = None, seed: int | None = None) -> Array:
         """Start an episode, at ``state`` or where the plant chooses; the measured state ``# (state,)``."""
-        ...
 
     def step(self, action: ArrayLike) -> Array:
         """Hold ``action`` ``# (action,)`` for one control period; the measured state after it ``# (state,)``."""
-        ...
 
 
 class Controller(Protocol):
@@ -70,15 +63,12 @@ class Controller(Protocol):
 
     def reset(self) -> None:
         """Forget what was sent: an episode begins."""
-        ...
 
     def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
         """Action ``# (action,)`` for a measured state ``# (state,)`` at this step of the task."""
-        ...
 
     def remember(self, sent: ArrayLike) -> None:
         """Take note of the action that was really sent ``# (action,)``."""
-        ...
 
 
 class Memoryless:
@@ -117,7 +107,6 @@ class SymbolicRegressor(Protocol[Fitted]):
 
     def fit(self, transitions: Transitions, start: Fitted | None = None) -> Fitted:
         """Equations that predict the transitions."""
-        ...
 
 
 class Learner(Protocol[Base_contra, Model]):
@@ -125,4 +114,3 @@ class Learner(Protocol[Base_contra, Model]):
 
     def fit(self, transitions: Transitions, base: Base_contra, start: Model | None = None) -> Model:
         """The base, which stays as it is, with what was learned; warm-started from an earlier result."""
-        ...

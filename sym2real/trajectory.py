@@ -175,8 +175,7 @@ class Trajectory:
         Raises:
             MissingDependencyError: without pandas, an extra.
         """
-        frame: pandas.DataFrame = upward("frame_of_log")(self)
-        return frame
+        return upward("frame_of_log")(self)
 
     def plot(self, **models: object) -> Figure:
         """The path and every position over time; with models, every column measured and predicted 0.8 s ahead.

@@ -61,5 +61,4 @@ def one_step_error(model: Model, logs: Iterable[Trajectory]) -> float:
 def _away(model: Model, log: Trajectory, rows: NDArray[np.int64], steps: int) -> Array:
     """Predicted less measured state some steps after rows of a log ``# (windows, state)``."""
     predicting, (ready,) = prepared(model, Dataset([log]))
-    away: Array = predicted_from(predicting, ready, rows, steps)[:, -1].numpy() - log.state[rows + steps]
-    return away
+    return predicted_from(predicting, ready, rows, steps)[:, -1].numpy() - log.state[rows + steps]

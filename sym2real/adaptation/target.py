@@ -29,7 +29,6 @@ class MakeController(Protocol):
 
     def __call__(self, model: Model, robot: Robot, task: Task, *, samples: int | None, seed: int) -> Controller:
         """A controller; samples None for the robot's own number."""
-        ...
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,6 @@ class Residual(Protocol):
 
     def layers(self) -> list[tuple[Tensor, Tensor]]:
         """Weights ``# (in, out)`` and biases ``# (out,)``."""
-        ...
 
 
 @dataclass(frozen=True)

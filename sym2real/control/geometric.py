@@ -59,8 +59,7 @@ class Disturbed:
     def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
         """The controller's action with what is added, within the limits ``# (action,)``."""
         wanted = self.controller.act(state, step, inputs)
-        action: Array = np.clip(wanted + self.added(step), self.low, self.high)
-        return action
+        return np.clip(wanted + self.added(step), self.low, self.high)
 
     def remember(self, sent: ArrayLike) -> None:
         """Tell the controller what was sent."""

@@ -77,7 +77,6 @@ def linearised(equations: Equations, robot: Robot) -> tuple[Array, Array]:
         unit, other = STEP * torch.eye(size, dtype=torch.float64), layout.tangent_size
         still = torch.zeros(size, rest.numel() if of_state else other, dtype=torch.float64)
         ends = [after(side * unit, still) if of_state else after(still, side * unit) for side in (1.0, -1.0)]
-        found: Array = (layout.difference(*ends) / (2.0 * STEP)).T.numpy()
-        return found
+        return (layout.difference(*ends) / (2.0 * STEP)).T.numpy()
 
     return slope(True, layout.tangent_size), slope(False, rest.numel())

@@ -29,17 +29,14 @@ class Describable(Protocol):
     @property
     def layouts(self) -> Layouts:
         """Its columns."""
-        ...
 
     @property
     def numbers(self) -> Mapping[str, float]:
         """Its numbers in SI units, as of :class:`Body`."""
-        ...
 
     @property
     def dt(self) -> float:
         """Control period in s."""
-        ...
 
 
 @dataclass(frozen=True)

@@ -42,8 +42,7 @@ def places(model: Any, body: Body) -> Array:
     if rotors := _rotors(model):
         return np.array([stands(model, rotor)[0] for rotor in rotors])
     angle = np.deg2rad([-45.0, -135.0, 135.0, 45.0])
-    found: Array = body.number("arm") * np.array([np.cos(angle), np.sin(angle), np.zeros(4)]).T
-    return found
+    return body.number("arm") * np.array([np.cos(angle), np.sin(angle), np.zeros(4)]).T
 
 
 def reactions(model: Any, body: Body) -> Array:
@@ -51,8 +50,7 @@ def reactions(model: Any, body: Body) -> Array:
     if rotors := _rotors(model):
         own: Array = model.actuator_gear[rotors, 5] / model.actuator_gear[rotors, 2]
         return own
-    found: Array = body.number("torque_per_thrust") * np.array([-1.0, 1.0, -1.0, 1.0])
-    return found
+    return body.number("torque_per_thrust") * np.array([-1.0, 1.0, -1.0, 1.0])
 
 
 def pushes(model: Any, data: Any, body: Body) -> Array:
@@ -62,5 +60,4 @@ def pushes(model: Any, data: Any, body: Body) -> Array:
         return own
     along = places(model, body)
     mixer = np.stack([np.ones(4), along[:, 1], -along[:, 0], reactions(model, body)])
-    asked: Array = np.linalg.solve(mixer, np.array(data.actuator_force[:4]))
-    return asked
+    return np.linalg.solve(mixer, np.array(data.actuator_force[:4]))

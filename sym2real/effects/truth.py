@@ -47,20 +47,17 @@ def placed(model: Any, body: int, place: Array, quaternion: Array) -> tuple[Arra
 
 def rotation(data: Any) -> Array:
     """Body→world matrix ``# (3, 3)``."""
-    matrix: Array = np.array(data.xmat[robot_in(data.model)]).reshape(3, 3)
-    return matrix
+    return np.array(data.xmat[robot_in(data.model)]).reshape(3, 3)
 
 
 def velocity(data: Any) -> Array:
     """Velocity of the body frame's origin in world axes ``# (3,)``."""
-    linear: Array = np.array(data.qvel[:3])
-    return linear
+    return np.array(data.qvel[:3])
 
 
 def rates(data: Any) -> Array:
     """Rates about body axes ``# (3,)``."""
-    turning: Array = np.array(data.qvel[3:6])
-    return turning
+    return np.array(data.qvel[3:6])
 
 
 def thrust(data: Any) -> float:

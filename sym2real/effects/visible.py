@@ -64,8 +64,7 @@ class VisibleModel:
 def hidden_rows(model: object, states: Tensor, actions: Tensor, inputs: Tensor | None = None) -> Tensor:
     """Hidden states of any model in every row of a measured stretch ``# (..., T, hidden)``; none of most."""
     along = getattr(model, "hidden_along", None)
-    found: Tensor = states[..., :0] if along is None else along(states, actions, inputs)
-    return found
+    return states[..., :0] if along is None else along(states, actions, inputs)
 
 
 @lru_cache(maxsize=32)

@@ -37,8 +37,7 @@ def settled(log: Trajectory) -> Array:
     """The voltage of a log, averaged over :data:`SMOOTHING_SECONDS` around every row ``# (rows,)``."""
     kernel = np.ones(min(len(log), 2 * round(SMOOTHING_SECONDS / 2 / log.dt) + 1))
     count = np.convolve(np.ones(len(log)), kernel, "same")
-    smooth: Array = np.convolve(log.column(VOLTAGE), kernel, "same") / count
-    return smooth
+    return np.convolve(log.column(VOLTAGE), kernel, "same") / count
 
 
 def voltage_at_start(logs: Iterable[Trajectory]) -> float | None:

@@ -102,8 +102,7 @@ def _closed_loop(
 
 
 def _measured_at(plant: Plant, step: int) -> float:
-    stamp: float = getattr(plant, "measured_at", step * plant.dt)
-    return stamp
+    return getattr(plant, "measured_at", step * plant.dt)
 
 
 def _references(task: Task, time: Array, plant: Plant) -> dict[str, Array]:

@@ -69,8 +69,7 @@ class EquationsPlant(ModelPlant):
         return after[: len(state)]
 
     def _reported(self, state: Array) -> Array:
-        measured: Array = self._sensors.measured(torch.as_tensor(state)).numpy()
-        return measured
+        return self._sensors.measured(torch.as_tensor(state)).numpy()
 
 
 def _require_steps(equations: Equations, robot: Robot) -> None:

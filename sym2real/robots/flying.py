@@ -67,8 +67,7 @@ class Rotorcraft:
     @property
     def thrusts(self) -> Array:
         """Of the rotors along body z for a command of 1, N ``# (rotors,)``."""
-        thrusts: Array = self.forces[:, 2]
-        return thrusts
+        return self.forces[:, 2]
 
     @property
     def hovering(self) -> float:

@@ -74,8 +74,7 @@ class Coordinates:
         """States ``# (..., state)``."""
         velocities = len(self.standing) - self.positions
         whole = np.concatenate([qpos[..., : self.positions], qvel[..., :velocities]], axis=-1)
-        state: Array = whole[..., self.places]
-        return state
+        return whole[..., self.places]
 
     def to_coordinates(self, state: Array) -> tuple[Array, Array]:
         """qpos ``# (nq,)`` and qvel ``# (nv,)``."""

@@ -21,7 +21,6 @@ class OfRobot(Protocol):
     @property
     def robot(self) -> str:
         """Name of the robot; empty where it is not known."""
-        ...
 
 
 def robot_of(model: OfRobot) -> Robot | None:

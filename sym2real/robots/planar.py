@@ -46,8 +46,7 @@ def asked(state: Iterable[str] | None) -> bool:
 def yaw_of(qpos: Array, first: int = 3) -> Array:
     """Heading in rad ``# (...)`` of the quaternion that begins at a place of qpos ``# (..., nq)``."""
     w, x, y, z = (qpos[..., first + part] for part in range(4))
-    yaw: Array = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
-    return yaw
+    return np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 
 
 def facing_x(model: mujoco.MjModel, data: Any) -> Any:
@@ -117,8 +116,7 @@ class Wheels:
         way = np.zeros((model.nv, 2))
         way[self.first + OF_FREE[0], 0] = way[self.first + OF_FREE[2], 1] = 1.0
         way[self.dofs] = self.ways
-        moved: Array = way.T @ columns.inertias(model, data) @ way
-        return moved
+        return way.T @ columns.inertias(model, data) @ way
 
     def numbers(self, model: mujoco.MjModel, data: Any, actions: Mapping[str, str]) -> dict[str, float]:
         """What a torque on a joint moves, and how fast a servo of a wheel's rate turns it, by the names of a body's."""

@@ -52,5 +52,4 @@ def _command(trajectory: Trajectory, unit: MotorUnit) -> Array:
 
 def _body_z(trajectory: Trajectory) -> Array:
     quaternion = np.stack([trajectory.column(name) for name in ("qw", "qx", "qy", "qz")], axis=1)
-    axis: Array = rotate(torch.as_tensor(quaternion), torch.tensor([0.0, 0.0, 1.0], dtype=torch.float64)).numpy()
-    return axis
+    return rotate(torch.as_tensor(quaternion), torch.tensor([0.0, 0.0, 1.0], dtype=torch.float64)).numpy()

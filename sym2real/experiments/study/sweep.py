@@ -35,16 +35,13 @@ class Job(Protocol):
     @property
     def name(self) -> str:
         """Unlike any other's; names its file."""
-        ...
 
     @property
     def asked(self) -> Record:
         """Everything that the answer depends on, as JSON holds it."""
-        ...
 
     def run(self, tell: Tell) -> Record:
         """The answer, as JSON holds it; ``tell`` takes a line about what is going on."""
-        ...
 
 
 @dataclass(frozen=True)

@@ -26,8 +26,8 @@ ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT), "NO_MKDOCS_2_WARNING": "1"
 @pytest.fixture(scope="module")
 def loaded() -> None:
     """What tutorials import, before they run in forks of this process."""
-    for name in ("report.notebook", "report.html.pages", *sym2real._NAMES):
-        importlib.import_module(f"sym2real.{name}")
+    for name in ("sym2real.report.notebook", "sym2real.report.html.pages", *sym2real._OWNERS.values()):
+        importlib.import_module(name)
     importlib.import_module("matplotlib.backends.backend_svg")
 
 

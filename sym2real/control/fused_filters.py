@@ -14,9 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 from torch import Tensor
 
+from sym2real.effects.bound import Effect
 from sym2real.effects.dead_band import DEAD_BAND
 from sym2real.effects.delay import DELAY
-from sym2real.effects.effect import Effect
 from sym2real.effects.filters import FilterState
 from sym2real.effects.lag import LAG
 from sym2real.effects.limit import LIMIT

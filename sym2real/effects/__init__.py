@@ -5,9 +5,9 @@
 """
 
 from sym2real.effects.body import Body
+from sym2real.effects.bound import Effect
 from sym2real.effects.catalogue import applicable, effect
 from sym2real.effects.compose import compose
-from sym2real.effects.effect import Effect
 from sym2real.effects.groups import GROUPS, equivalents, same_group
 from sym2real.effects.kind import Kind, Parameter
 from sym2real.effects.kinds import EFFECTS

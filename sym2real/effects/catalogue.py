@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 from fnmatch import fnmatch
 
 from sym2real.effects.body import Body, Describable
-from sym2real.effects.effect import Effect
+from sym2real.effects.bound import Effect
 from sym2real.effects.groups import equivalents
 from sym2real.effects.kind import Kind
 from sym2real.effects.kinds import EFFECTS

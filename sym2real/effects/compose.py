@@ -20,7 +20,7 @@ from dataclasses import replace
 from sympy import Expr
 
 from sym2real.effects.body import Body
-from sym2real.effects.effect import Effect
+from sym2real.effects.bound import Effect
 from sym2real.effects.kind import Stage
 from sym2real.errors import ModelError
 from sym2real.symbolic import Equations

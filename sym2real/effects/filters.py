@@ -13,8 +13,8 @@ import torch
 from sympy import Expr, Float
 from torch import Tensor
 
+from sym2real.effects.bound import Effect
 from sym2real.effects.catalogue import effect
-from sym2real.effects.effect import Effect
 from sym2real.effects.memory import as_given, replaced
 from sym2real.errors import ModelError
 from sym2real.symbolic import Equations, compile_function, symbol

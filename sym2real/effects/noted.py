@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from sym2real.effects.body import Describable
+from sym2real.effects.bound import Effect
 from sym2real.effects.catalogue import effect
 from sym2real.effects.compose import FILTER_ORDER
-from sym2real.effects.effect import Effect
 from sym2real.effects.kind import with_unit
 from sym2real.effects.voltage import VOLTAGE
 from sym2real.errors import ModelError

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from math import hypot
 
 from sym2real.effects.body import GRAVITY
-from sym2real.effects.effect import Effect
+from sym2real.effects.bound import Effect
 from sym2real.effects.manoeuvres import steady_yaw
 from sym2real.trajectory import Trajectory
 

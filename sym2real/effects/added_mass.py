@@ -5,13 +5,11 @@ Masses add up: on equations that have a mass already, m₀ is that of the robot 
 
 from __future__ import annotations
 
-from typing import Any
-
 from sym2real.effects.alike import ONE_LIFT, ONE_MAP, ONE_STRENGTH, ONE_THRUST, Member
 from sym2real.effects.body import Body
 from sym2real.effects.domain import Domain
 from sym2real.effects.gain import LEAST, MOST
-from sym2real.effects.kind import Kind, Numbers, Parameter, Values
+from sym2real.effects.kind import Kind, Parameter, Values
 from sym2real.effects.thrust import acting_thrust
 from sym2real.effects.truth import editing, set_inertial
 from sym2real.symbolic import Equations, symbol
@@ -38,10 +36,6 @@ def _carried(equations: Equations) -> float:
     return sum(values.get(names[key], 0.0) for key, values in equations.effects if key in names)
 
 
-def _heavier(spec: Any, body: Body, values: Numbers) -> None:
-    set_inertial(spec, extra_mass=values["value"])
-
-
 ADDED_MASS = Kind(
     name="added_mass",
     stage="mass",
@@ -51,7 +45,7 @@ ADDED_MASS = Kind(
     confused_with="a thrust gain below one, unless motors turn the body; near one thrust a thrust offset",
     shown_by="no flight tells it from a thrust gain, unless motors turn the body: weigh the robot",
     fix="weigh the robot and set its mass; if the mass is right, correct the thrust map by this factor instead",
-    inject=editing(_heavier),
+    inject=editing(lambda spec, body, values: set_inertial(spec, extra_mass=values["value"])),
     of_joints="load",
     substitute=_substitute,
     needs=("thrust",),

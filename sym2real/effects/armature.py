@@ -8,9 +8,8 @@ from typing import Any
 from sym2real.effects.body import Body
 from sym2real.effects.domain import Domain
 from sym2real.effects.joint_push import ALONE, inertia, raised
-from sym2real.effects.kind import Kind, Numbers, Parameter, Values
+from sym2real.effects.kind import Kind, Numbers, Parameter
 from sym2real.effects.truth import editing
-from sym2real.symbolic import Equations
 from sym2real.vocabulary import armature_quantity
 
 OVERSTATED = 0.5  # part of it that a description may likely be too large by
@@ -23,10 +22,6 @@ def _parameters(body: Body) -> tuple[Parameter, ...]:
     most = body.numbers.get(ALONE.format(column=body.column), inf)
     low = -OVERSTATED * min(most, inertia(body))
     return (Parameter("value", unit, 0.0, low, 1000 * scale, scale, domain=Domain(-most, open=True)),)
-
-
-def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
-    return raised(equations, armature_quantity(body.column), values["value"])
 
 
 def _more(spec: Any, body: Body, values: Numbers) -> None:
@@ -44,7 +39,7 @@ ARMATURE = Kind(
     shown_by="fast and slow changes of the command, and motion that gravity drives",
     fix="put the rotor's inertia times the squared gear ratio into the model",
     inject=editing(_more),
-    substitute=_substitute,
+    substitute=lambda equations, values, body: raised(equations, armature_quantity(body.column), values["value"]),
     needs=(armature_quantity("{column}"),),
     robot="robot with joints",
     columns="joint",

@@ -5,12 +5,10 @@ V₀ is where the thrust map holds: the number ``full_battery`` of the equations
 
 from __future__ import annotations
 
-from typing import Any
-
 from sym2real.effects import truth
 from sym2real.effects.body import Body
 from sym2real.effects.clock import with_time
-from sym2real.effects.kind import Kind, Numbers, Parameter, Values
+from sym2real.effects.kind import Kind, Parameter, Values
 from sym2real.effects.searching import Searching, Shown
 from sym2real.effects.thrust import scaled
 from sym2real.effects.voltage import VOLTAGE
@@ -34,10 +32,6 @@ def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
     return scaled(equations, 1 - values["value"] * time)
 
 
-def _fade(data: Any, body: Body, values: Numbers) -> None:
-    truth.scale_thrust(data, 1.0 - values["value"] * data.time)
-
-
 def _why_not(body: Body) -> str:
     """A battery lets rotors turn more slowly; what a rotor of some speed gives is the air's."""
     known = motors_of(body.layouts.action) and "rotor_thrust" in body.numbers
@@ -53,7 +47,7 @@ BATTERY_SAG = Kind(
     confused_with="a thrust gain in short logs",
     shown_by="logs of at least 8 s, better with the battery's voltage in them (V₀ is that of their first 2 s)",
     fix="switch the firmware's battery compensation on, log the voltage, or charge more often",
-    inject=truth.pushing(_fade),
+    inject=truth.pushing(lambda data, body, values: truth.scale_thrust(data, 1.0 - values["value"] * data.time)),
     substitute=_substitute,
     needs=("thrust",),
     robot="quadrotor",

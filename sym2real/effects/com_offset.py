@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from sym2real.effects.alike import ONE_TORQUE_AT_ONE_THRUST, Member
 from sym2real.effects.body import Body
 from sym2real.effects.domain import Domain
-from sym2real.effects.kind import Kind, Numbers, Parameter, Values
+from sym2real.effects.kind import Kind, Parameter, Values
 from sym2real.effects.thrust import acting_thrust
 from sym2real.effects.truth import editing, set_inertial
 from sym2real.effects.wrench import push
@@ -28,10 +26,6 @@ def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
     return push(equations, body, torque=(-values["ry"] * thrust, values["rx"] * thrust))
 
 
-def _shift(spec: Any, body: Body, values: Numbers) -> None:
-    set_inertial(spec, offset=(values["rx"], values["ry"], values["rz"]))
-
-
 COM_OFFSET = Kind(
     name="com_offset",
     stage="wrench",
@@ -41,7 +35,7 @@ COM_OFFSET = Kind(
     confused_with="a constant torque or an offset of the rate commands, where thrust hardly varies",
     shown_by="thrust that varies: climbs and descents, fast turns",
     fix="move the battery or the load by minus this offset, or trim the mixer",
-    inject=editing(_shift),
+    inject=editing(lambda spec, body, values: set_inertial(spec, offset=(values["rx"], values["ry"], values["rz"]))),
     substitute=_substitute,
     needs=("thrust", "wx", "wy"),
     robot="quadrotor",

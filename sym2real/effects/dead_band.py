@@ -7,7 +7,7 @@ import numpy as np
 from sym2real.effects.body import Body
 from sym2real.effects.domain import NOT_NEGATIVE
 from sym2real.effects.kind import Kind, Numbers, Parameter
-from sym2real.effects.memory import Memory, play, zero_band
+from sym2real.effects.memory import play, zero_band
 from sym2real.effects.searching import Searching, Shown, alone_on, by_role
 from sym2real.effects.truth import following
 from sym2real.protocols import Change
@@ -21,10 +21,6 @@ def _parameters(body: Body) -> tuple[Parameter, ...]:
     return (
         Parameter("value", body.unit, null=0.0, low=0.0, high=_widest(body), scale=body.scale, domain=NOT_NEGATIVE),
     )
-
-
-def _memory(body: Body) -> Memory:
-    return zero_band() if body.unit == "m/s" else play()
 
 
 def _inject(body: Body, values: Numbers) -> Change:
@@ -50,7 +46,7 @@ DEAD_BAND = Kind(
     shown_by="slow reversals of the command",
     fix="take the play out of the linkage, or raise the motor driver's lowest duty",
     inject=_inject,
-    memory=_memory,
+    memory=lambda body: zero_band() if body.unit == "m/s" else play(),
     columns="action",
     searching=Searching(
         why_not=alone_on("rate command", "thrust", "motors"),

@@ -9,16 +9,12 @@ from sympy import exp
 
 from sym2real.effects import truth
 from sym2real.effects.body import Body
-from sym2real.effects.kind import Kind, Numbers, Parameter, Values, of_any_body
+from sym2real.effects.kind import Kind, Numbers, Parameter, of_any_body
 from sym2real.effects.searching import Searching, Shown
 from sym2real.effects.thrust import scaled
-from sym2real.symbolic import Equations, symbol
+from sym2real.symbolic import symbol
 
 REACH = 0.07  # m
-
-
-def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
-    return scaled(equations, 1 + values["value"] * exp(-symbol("z") / REACH))
 
 
 def _lift(data: Any, body: Body, values: Numbers) -> None:
@@ -36,7 +32,7 @@ GROUND_EFFECT = Kind(
     shown_by="at least three low flights whose height moves between 0.05 and 0.3 m",
     fix="fly higher than three rotor diameters, or keep the term in the model",
     inject=truth.pushing(_lift),
-    substitute=_substitute,
+    substitute=lambda equations, values, body: scaled(equations, 1 + values["value"] * exp(-symbol("z") / REACH)),
     needs=("thrust", "z"),
     robot="quadrotor",
     searching=Searching(shown_in=lambda _: (Shown.LOW,)),

@@ -8,9 +8,8 @@ import numpy as np
 
 from sym2real.effects.body import Body
 from sym2real.effects.joint_push import raised
-from sym2real.effects.kind import Kind, Numbers, Parameter, Values
+from sym2real.effects.kind import Kind, Numbers, Parameter
 from sym2real.effects.truth import editing
-from sym2real.symbolic import Equations
 from sym2real.vocabulary import load_quantity
 
 POINT = 1e-9  # m²: squared radius of gyration of what MuJoCo takes for a point
@@ -19,10 +18,6 @@ POINT = 1e-9  # m²: squared radius of gyration of what MuJoCo takes for a point
 def _parameters(body: Body) -> tuple[Parameter, ...]:
     scale = 0.05 * body.numbers.get("mass", 1.0)
     return (Parameter("value", "kg", null=0.0, low=0.0, high=20 * scale, scale=scale),)
-
-
-def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
-    return raised(equations, load_quantity(body.column), values["value"])
 
 
 def _hang(spec: Any, body: Body, values: Numbers) -> None:
@@ -45,7 +40,7 @@ LOAD = Kind(
     shown_by="several postures, and fast motion",
     fix="put the tool or the part into the description, with its mass where it hangs",
     inject=editing(_hang),
-    substitute=_substitute,
+    substitute=lambda equations, values, body: raised(equations, load_quantity(body.column), values["value"]),
     needs=(load_quantity("{column}"),),
     robot="robot with joints",
     columns="site",

@@ -11,13 +11,8 @@ from sym2real.effects import truth
 from sym2real.effects.alike import ONE_PULL, Member
 from sym2real.effects.body import Body
 from sym2real.effects.car_turning import FORWARD, forward_speed, push_ahead
-from sym2real.effects.kind import Kind, Numbers, Parameter, Values, of_any_body
+from sym2real.effects.kind import Kind, Numbers, Parameter, of_any_body
 from sym2real.effects.searching import Searching, Shown
-from sym2real.symbolic import Equations
-
-
-def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
-    return push_ahead(equations, body, -values["value"] * body.mass * sign(forward_speed(body)))
 
 
 def _brake(data: Any, body: Body, values: Numbers) -> None:
@@ -36,7 +31,9 @@ ROLLING_RESISTANCE = Kind(
     fix="free the drive train, or raise the speed loop's integral part",
     inject=truth.pushing(_brake),
     of_joints="joint_friction",
-    substitute=_substitute,
+    substitute=lambda equations, values, body: push_ahead(
+        equations, body, -values["value"] * body.mass * sign(forward_speed(body))
+    ),
     needs=FORWARD,
     numbers=("mass",),
     robot="car",

@@ -3,21 +3,16 @@
 from __future__ import annotations
 
 from sym2real.effects.body import Body
-from sym2real.effects.kind import Kind, Numbers, Parameter, Values
+from sym2real.effects.kind import Kind, Numbers, Parameter
 from sym2real.effects.measured import reported, reporting
 from sym2real.effects.searching import SETTLED, Searching, by_role
 from sym2real.effects.truth import measuring
-from sym2real.symbolic import Equations
 from sym2real.trajectory import Array
 from sym2real.vocabulary import JOINT_ANGLE, JOINT_DISPLACEMENT
 
 
 def _parameters(body: Body) -> tuple[Parameter, ...]:
     return (Parameter("value", body.unit, null=0.0, low=-20 * body.scale, high=20 * body.scale, scale=body.scale),)
-
-
-def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
-    return reporting(equations, {body.column: reported(equations, body.column) + values["value"]})
 
 
 def _report(state: Array, body: Body, values: Numbers) -> Array:
@@ -35,7 +30,9 @@ SENSOR_BIAS = Kind(
     shown_by="the robot at rest, where the true value is known",
     fix="calibrate the sensor at rest",
     inject=measuring(_report),
-    substitute=_substitute,
+    substitute=lambda equations, values, body: reporting(
+        equations, {body.column: reported(equations, body.column) + values["value"]}
+    ),
     columns="state",
     searching=Searching(why_not=by_role({JOINT_ANGLE.name: "", JOINT_DISPLACEMENT.name: ""}, SETTLED)),
 )

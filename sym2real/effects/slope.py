@@ -8,15 +8,10 @@ import numpy as np
 
 from sym2real.effects.alike import ONE_FORCE, Member
 from sym2real.effects.body import GRAVITY, Body
-from sym2real.effects.kind import Kind, Numbers, Parameter, Values, of_any_body
+from sym2real.effects.kind import Kind, Numbers, Parameter, of_any_body
 from sym2real.effects.searching import Searching
 from sym2real.effects.truth import editing
 from sym2real.effects.wrench import push
-from sym2real.symbolic import Equations
-
-
-def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
-    return push(equations, body, force=(body.mass * values["gx"], body.mass * values["gy"]))
 
 
 def _tilt(spec: Any, body: Body, values: Numbers) -> None:
@@ -38,7 +33,9 @@ SLOPE = Kind(
     fix="level the floor, or keep the term in the model",
     inject=editing(_tilt),
     of_joints="gravity_tilt",
-    substitute=_substitute,
+    substitute=lambda equations, values, body: push(
+        equations, body, force=(body.mass * values["gx"], body.mass * values["gy"])
+    ),
     needs=("vx", "vy"),
     numbers=("mass",),
     robot="car",

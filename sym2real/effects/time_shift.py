@@ -14,10 +14,6 @@ from sym2real.protocols import Change, Filter
 from sym2real.trajectory import Array
 
 
-def _parameters(body: Body) -> tuple[Parameter, ...]:
-    return (Parameter("value", "s", null=0.0, low=-0.2, high=0.5, scale=body.dt, domain=SHIFT_TIME),)
-
-
 def _inject(body: Body, values: Numbers) -> Change:
     """Interpolated between past samples; a plant cannot report the future."""
     if values["value"] < 0:
@@ -43,7 +39,7 @@ def _inject(body: Body, values: Numbers) -> Change:
 TIME_SHIFT = Kind(
     name="time_shift",
     stage="measurement",
-    parameters=_parameters,
+    parameters=lambda body: (Parameter("value", "s", null=0.0, low=-0.2, high=0.5, scale=body.dt, domain=SHIFT_TIME),),
     formula=r"y_m(t) = y(t - d)",
     summary="A channel's time stamps are late or early.",
     confused_with="a delay of the command that drives the same column",

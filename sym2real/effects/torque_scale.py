@@ -11,19 +11,13 @@ from typing import Any
 
 from sym2real.effects.body import Body
 from sym2real.effects.domain import POSITIVE
-from sym2real.effects.kind import Kind, Numbers, Parameter, Values, of_any_body
+from sym2real.effects.kind import Kind, Numbers, Parameter, of_any_body
 from sym2real.effects.simulated_rotors import require_rotors, stands
 from sym2real.effects.truth import editing
-from sym2real.symbolic import Equations, symbol
+from sym2real.symbolic import symbol
 from sym2real.vocabulary import MOTOR_COLUMNS, MOTOR_TORQUES
 
 NAMES = ("kx", "ky", "kz")
-
-
-def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
-    return equations.substitute(
-        {torque: values[name] * symbol(torque) for name, torque in zip(NAMES, MOTOR_TORQUES, strict=True)}
-    )
 
 
 def _lengthen(spec: Any, body: Body, values: Numbers) -> None:
@@ -50,7 +44,9 @@ TORQUE_SCALE = Kind(
     shown_by="turns about all axes, to both sides: dither of the motors, each on its own",
     fix="set arm, reaction torque per thrust or inertia by this factor; a bifilar pendulum measures the inertia",
     inject=editing(_lengthen),
-    substitute=_substitute,
+    substitute=lambda equations, values, body: equations.substitute(
+        {torque: values[name] * symbol(torque) for name, torque in zip(NAMES, MOTOR_TORQUES, strict=True)}
+    ),
     needs=("thrust", *MOTOR_TORQUES, "wx", "wy", "wz"),
     robot="quadrotor",
 )

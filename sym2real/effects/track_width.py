@@ -9,17 +9,12 @@ import numpy as np
 from sym2real.effects.body import Body
 from sym2real.effects.domain import POSITIVE
 from sym2real.effects.joint_push import multiplied
-from sym2real.effects.kind import Kind, Numbers, Parameter, Values, of_any_body
+from sym2real.effects.kind import Kind, Numbers, Parameter, of_any_body
 from sym2real.effects.searching import Searching, Shown
 from sym2real.effects.truth import editing, placed
-from sym2real.symbolic import Equations
 from sym2real.vocabulary import DRILLING, wheel_lever
 
 UNTURNED = np.array([1.0, 0.0, 0.0, 0.0])
-
-
-def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
-    return multiplied(equations, map(wheel_lever, body.joints), values["value"])
 
 
 def _widen(spec: Any, body: Body, values: Numbers) -> None:
@@ -41,7 +36,7 @@ TRACK_WIDTH = Kind(
     shown_by="turns on the spot beside straight drives",
     fix="turn on the spot some times round, and set the width that makes the odometry agree in the model",
     inject=editing(_widen),
-    substitute=_substitute,
+    substitute=lambda equations, values, body: multiplied(equations, map(wheel_lever, body.joints), values["value"]),
     needs=(DRILLING,),
     robot="car",
     searching=Searching(shown_in=lambda _: (Shown.BOTH_WAYS,)),

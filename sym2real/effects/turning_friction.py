@@ -14,9 +14,8 @@ import numpy as np
 from sym2real.effects import truth
 from sym2real.effects.body import Body
 from sym2real.effects.joint_push import raised
-from sym2real.effects.kind import Kind, Numbers, Parameter, Values
+from sym2real.effects.kind import Kind, Numbers, Parameter
 from sym2real.effects.searching import Searching, Shown
-from sym2real.symbolic import Equations
 from sym2real.symbolic.dry_friction import USUAL_DECELERATION
 from sym2real.vocabulary import DRILLING, TURNING_INERTIA
 
@@ -24,10 +23,6 @@ from sym2real.vocabulary import DRILLING, TURNING_INERTIA
 def _parameters(body: Body) -> tuple[Parameter, ...]:
     described, scale = body.numbers.get(DRILLING, 0.0), USUAL_DECELERATION * body.numbers.get(TURNING_INERTIA, 1.0)
     return (Parameter("value", "N m", null=0.0, low=-described, high=max(30 * scale, described), scale=scale),)
-
-
-def _substitute(equations: Equations, values: Values, _body: Body) -> Equations:
-    return raised(equations, DRILLING, values["value"])
 
 
 def _brake(data: Any, _body: Body, values: Numbers) -> None:
@@ -44,7 +39,7 @@ TURNING_FRICTION = Kind(
     shown_by="turns both ways, fast and slow",
     fix="put the torque into the model; narrower or rounder wheels drill less",
     inject=truth.pushing(_brake),
-    substitute=_substitute,
+    substitute=lambda equations, values, _body: raised(equations, DRILLING, values["value"]),
     needs=(DRILLING,),
     numbers=(TURNING_INERTIA,),
     robot="car",

@@ -17,10 +17,9 @@ from sym2real.effects.alike import ONE_ARM, Member
 from sym2real.effects.body import Body
 from sym2real.effects.car_turning import FORWARD, forward_speed
 from sym2real.effects.frames import dot
-from sym2real.effects.kind import Kind, Numbers, Parameter, Values, of_any_body
+from sym2real.effects.kind import Kind, Parameter, Values, of_any_body
 from sym2real.effects.roll_steer import roll_steer
 from sym2real.effects.searching import Searching, Shown
-from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
 
 
@@ -41,10 +40,6 @@ def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
     return replace(held, next={**after, **moved})
 
 
-def _inject(body: Body, values: Numbers) -> Change:
-    return roll_steer(body, front=values["value"], rear=values["value"])
-
-
 TYRE_SLIP = Kind(
     name="tyre_slip",
     stage="loop",
@@ -55,7 +50,7 @@ TYRE_SLIP = Kind(
     confused_with="a lever arm at one speed, behind the axle by D u²",
     shown_by="the same circle at several speeds, at lateral accelerations up to 2.5 m/s²",
     fix="fit stiffer tyres or lighten the car, or keep the term in the model",
-    inject=_inject,
+    inject=lambda body, values: roll_steer(body, front=values["value"], rear=values["value"]),
     substitute=_substitute,
     needs=("steer", "x", "y", *FORWARD, "wz"),
     robot="car",

@@ -14,10 +14,9 @@ from sympy import Abs, Max, tan
 from sym2real.effects.alike import ONE_STEERING, Member
 from sym2real.effects.body import Body
 from sym2real.effects.car_turning import FORWARD, forward_speed
-from sym2real.effects.kind import Kind, Numbers, Parameter, Values, of_any_body
+from sym2real.effects.kind import Kind, Parameter, Values, of_any_body
 from sym2real.effects.roll_steer import roll_steer
 from sym2real.effects.searching import Searching, Shown
-from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
 
 LEAST = 0.2  # of 1 + k / cos² δ, which is zero where the car diverges
@@ -27,10 +26,6 @@ def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
     steer, forward = symbol("steer"), forward_speed(body)
     growth, slope = values["value"] * forward * Abs(forward) / body.number("wheelbase"), tan(steer)
     return equations.substitute({"steer": steer - growth * slope / Max(1 + growth * (1 + slope**2), LEAST)})
-
-
-def _inject(body: Body, values: Numbers) -> Change:
-    return roll_steer(body, front=values["value"], rear=0.0)
 
 
 UNDERSTEER = Kind(
@@ -43,7 +38,7 @@ UNDERSTEER = Kind(
     confused_with="a steering gain at one speed; tyres at their limit where every turn is fast",
     shown_by="the same circle at several speeds, at lateral accelerations up to 2.5 m/s²",
     fix="stiffen the steering and the front tyres, or move weight back; below zero: the rear, and forward",
-    inject=_inject,
+    inject=lambda body, values: roll_steer(body, front=values["value"], rear=0.0),
     substitute=_substitute,
     needs=("steer", *FORWARD),
     numbers=("wheelbase",),

@@ -7,10 +7,9 @@ from typing import Any
 from sym2real.effects.body import Body
 from sym2real.effects.domain import POSITIVE
 from sym2real.effects.joint_push import multiplied
-from sym2real.effects.kind import Kind, Numbers, Parameter, Values, of_any_body
+from sym2real.effects.kind import Kind, Numbers, Parameter, of_any_body
 from sym2real.effects.searching import Searching, Shown
 from sym2real.effects.truth import editing
-from sym2real.symbolic import Equations
 from sym2real.vocabulary import DRILLING, rate_per_speed
 
 # mujoco.mjtGeom, capsules and cylinders: their first size is the radius, the next one half the length.
@@ -20,10 +19,6 @@ LONG = (3, 5)
 def wheels_of(body: Body) -> tuple[str, ...]:
     """The bound wheel, or all of them."""
     return (body.column,) if body.column else body.joints
-
-
-def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
-    return multiplied(equations, map(rate_per_speed, wheels_of(body)), 1 / values["value"])
 
 
 def _resize(spec: Any, body: Body, values: Numbers) -> None:
@@ -47,7 +42,9 @@ WHEEL_RADIUS = Kind(
     shown_by="straight drives at several speeds; a wheel alone also by the way a straight drive bends",
     fix="measure the way of some turns of the wheels, under load, and set the radius in the model",
     inject=editing(_resize),
-    substitute=_substitute,
+    substitute=lambda equations, values, body: multiplied(
+        equations, map(rate_per_speed, wheels_of(body)), 1 / values["value"]
+    ),
     needs=(DRILLING,),
     robot="car",
     columns="joint",

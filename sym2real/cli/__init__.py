@@ -1,6 +1,33 @@
-"""The command line. One verb per module: a frozen dataclass whose fields are its options, ``json`` among them.
+"""From a robot description to a flying model, and from a model that is wrong to the physics it lacks.
 
-Its ``run(console)`` does the work, tells the console, and returns what ``--json`` writes.
+From a robot to a model that flies it:
+  sym2real learn crazyflie --out runs/base
+      equations from a plain simulator
+  sym2real run runs/base circle
+      fly them with MPPI
+
+From a model and your logs to what is missing:
+  sym2real inspect flight.csv --out flight.toml
+      what a log of yours holds
+  sym2real compare runs/base flight.csv --spec flight.toml
+      how good the model is, and where it fails
+  sym2real diagnose runs/base flight.csv --spec flight.toml --out runs/found
+      which physical effect it lacks
+  sym2real run runs/found/model circle
+      fly the model that has it
+  sym2real add runs/base added_mass --fit flight.csv --out runs/heavier
+      or test an idea of your own
+  sym2real plan crazyflie hover circle
+      what a manoeuvre can show, before you fly it
+
+A robot of your own starts from its MJCF or, where it flies or drives, from numbers alone:
+  sym2real nominal mjcf arm.xml --out runs/arm
+      the folder holds the robot: every verb that takes a model takes it
+  sym2real nominal quadrotor --help
+      a quadrotor, or a car
+
+Every verb answers --help, and --json FILE writes its result (- is standard output); --report FILE of diagnose and
+others writes a page that works offline. sym2real --version says which one this is.
 """
 
 from __future__ import annotations
@@ -38,39 +65,8 @@ from sym2real.cli.terminal import ending_in_words, progress_console, put, stop
 from sym2real.cli.unforeseen import net_is_off, told_of
 from sym2real.errors import DataError, Sym2RealError, UnknownNameError
 
-DESCRIPTION = """\
-From a robot description to a flying model, and from a model that is wrong to the physics it lacks.
-
-From a robot to a model that flies it:
-  sym2real learn crazyflie --out runs/base
-      equations from a plain simulator
-  sym2real run runs/base circle
-      fly them with MPPI
-
-From a model and your logs to what is missing:
-  sym2real inspect flight.csv --out flight.toml
-      what a log of yours holds
-  sym2real compare runs/base flight.csv --spec flight.toml
-      how good the model is, and where it fails
-  sym2real diagnose runs/base flight.csv --spec flight.toml --out runs/found
-      which physical effect it lacks
-  sym2real run runs/found/model circle
-      fly the model that has it
-  sym2real add runs/base added_mass --fit flight.csv --out runs/heavier
-      or test an idea of your own
-  sym2real plan crazyflie hover circle
-      what a manoeuvre can show, before you fly it
-
-A robot of your own starts from its MJCF or, where it flies or drives, from numbers alone:
-  sym2real nominal mjcf arm.xml --out runs/arm
-      the folder holds the robot: every verb that takes a model takes it
-  sym2real nominal quadrotor --help
-      a quadrotor, or a car
-
-Every verb answers --help, and --json FILE writes its result (- is standard output); --report FILE of diagnose and
-others writes a page that works offline. sym2real --version says which one this is.
-"""
-
+# A verb per module: a frozen dataclass whose fields are its options, ``json`` among them. Its ``run(console)`` does the
+# work, tells the console, and returns what ``--json`` writes. The text at the head of this file is the program's help.
 VERBS: dict[str, Any] = {
     "simulate": Simulate,
     "learn": Learn,
@@ -128,7 +124,7 @@ def _main(given: list[str]) -> None:
         raise UnknownNameError("verb", given[0], VERBS)
     # The tensors are small: threads that wait for each other make an action five times slower. Set it to override.
     os.environ.setdefault("OMP_NUM_THREADS", "1")
-    verb = parse(verbs(in_short=not {*given} & {*VERBS}), "sym2real", DESCRIPTION, given)
+    verb = parse(verbs(in_short=not {*given} & {*VERBS}), "sym2real", __doc__ or "", given)
     report = report_for(verb.json)
     try:
         if progress_console().is_terminal:  # libraries take seconds: it has begun

@@ -10,41 +10,21 @@ from sym2real.vocabulary import VOCABULARY
 
 GRAVITY = 9.80665  # m/s², standard acceleration of free fall (CGPM 1901)
 
-# Unit in a log → (unit inside, factor). "uint16" is a command of 0 … 65535 that stands for 0 … 1.
-UNITS: dict[str, tuple[str, float]] = {
-    "1": ("1", 1.0),
-    "%": ("1", 0.01),
-    "uint16": ("1", 1.0 / 65535.0),
-    "m": ("m", 1.0),
-    "cm": ("m", 1e-2),
-    "mm": ("m", 1e-3),
-    "rad": ("rad", 1.0),
-    "mrad": ("rad", 1e-3),
-    "deg": ("rad", pi / 180.0),
-    "s": ("s", 1.0),
-    "ms": ("s", 1e-3),
-    "us": ("s", 1e-6),
-    "ns": ("s", 1e-9),
-    "m/s": ("m/s", 1.0),
-    "cm/s": ("m/s", 1e-2),
-    "mm/s": ("m/s", 1e-3),
-    "km/h": ("m/s", 1.0 / 3.6),
-    "rad/s": ("rad/s", 1.0),
-    "mrad/s": ("rad/s", 1e-3),
-    "deg/s": ("rad/s", pi / 180.0),
-    "rpm": ("rad/s", 2.0 * pi / 60.0),
-    "m/s^2": ("m/s^2", 1.0),
-    "mm/s^2": ("m/s^2", 1e-3),
-    "g": ("m/s^2", GRAVITY),
-    "N": ("N", 1.0),
-    "mN": ("N", 1e-3),
-    "gf": ("N", 1e-3 * GRAVITY),
-    "N m": ("N m", 1.0),
-    "mN m": ("N m", 1e-3),
-    "V": ("V", 1.0),
-    "mV": ("V", 1e-3),
+# SI unit → units of a log that become it, with their factors. "uint16" is a command of 0 … 65535 that stands for 0 … 1.
+FACTORS: dict[str, dict[str, float]] = {
+    "1": {"1": 1.0, "%": 0.01, "uint16": 1.0 / 65535.0},
+    "m": {"m": 1.0, "cm": 1e-2, "mm": 1e-3},
+    "rad": {"rad": 1.0, "mrad": 1e-3, "deg": pi / 180.0},
+    "s": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9},
+    "m/s": {"m/s": 1.0, "cm/s": 1e-2, "mm/s": 1e-3, "km/h": 1.0 / 3.6},
+    "rad/s": {"rad/s": 1.0, "mrad/s": 1e-3, "deg/s": pi / 180.0, "rpm": 2.0 * pi / 60.0},
+    "m/s^2": {"m/s^2": 1.0, "mm/s^2": 1e-3, "g": GRAVITY},
+    "N": {"N": 1.0, "mN": 1e-3, "gf": 1e-3 * GRAVITY},
+    "N m": {"N m": 1.0, "mN m": 1e-3},
+    "V": {"V": 1.0, "mV": 1e-3},
 }
-
+# Unit in a log → (unit inside, factor).
+UNITS = {unit: (inside, factor) for inside, units in FACTORS.items() for unit, factor in units.items()}
 # A log's yaw becomes sine and cosine, a wheel's speed the velocity along the heading.
 OF_LOGS = {"yaw": "rad", "wheel_speed": "m/s"}
 UNIT_OF_COLUMN = {column: field.unit for _, field in VOCABULARY for column in field.columns} | OF_LOGS

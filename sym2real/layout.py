@@ -7,18 +7,18 @@ know that they are not.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import accumulate
-from typing import get_args
+from typing import Any, get_args
 
 import torch
 from torch import Tensor
 
 from sym2real import rotation
 from sym2real.errors import ShapeError, UnknownNameError
-from sym2real.field import Field, Group, Kind
+from sym2real.field import Field, Group, Kind, read_fields
 from sym2real.vocabulary import (
     MOTOR_COLUMNS,
     POSITION,
@@ -252,6 +252,34 @@ class Layouts:
     state: Layout
     action: Layout
     inputs: Layout = Layout()
+
+    @property
+    def groups(self) -> dict[Group, Layout]:
+        """The layouts by the names of their groups."""
+        return {"state": self.state, "action": self.action, "inputs": self.inputs}
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Columns of all groups."""
+        return (*self.state, *self.action, *self.inputs)
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Column → its unit, in all groups."""
+        return {**self.state.units, **self.action.units, **self.inputs.units}
+
+    def to_dict(self) -> dict[str, list[dict[str, Any]]]:
+        """The fields of every group, as JSON holds them."""
+        return {group: [vars(field) for field in layout.fields] for group, layout in self.groups.items()}
+
+    @classmethod
+    def from_dict(cls, entries: Mapping[Group, Sequence[Mapping[str, Any]]]) -> Layouts:
+        """What :meth:`to_dict` gave.
+
+        Raises:
+            KeyError, ValueError: when it is something else.
+        """
+        return cls(*(Layout(read_fields(entries[group])) for group in get_args(Group)))
 
     @classmethod
     def of(cls, columns: Iterable[str]) -> Layouts:

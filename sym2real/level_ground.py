@@ -55,14 +55,7 @@ class Turn:
         if all(name in extra for name in wanted):
             turned = self.of_rows(np.stack([extra[name] for name in wanted], axis=1), layouts.state)
             extra |= dict(zip(wanted, turned.T, strict=True))
-        state, action, inputs = (
-            self.of_rows(rows, layout)
-            for rows, layout in (
-                (log.state, layouts.state),
-                (log.action, layouts.action),
-                (log.inputs, layouts.inputs),
-            )
-        )
+        state, action, inputs = (self.of_rows(getattr(log, group), layout) for group, layout in layouts.groups.items())
         between = log.between
         if between is not None:
             parts = [self.of_rows(part, layouts.action) for part in between.swapaxes(0, 1)]
@@ -89,7 +82,7 @@ class Turn:
 
 def any_heading_alike(layouts: Layouts) -> bool:
     """Whether these are columns of a body that faces somewhere, each of which can be turned about the vertical."""
-    fields = [field for layout in (layouts.state, layouts.action, layouts.inputs) for field in layout.fields]
+    fields = [field for layout in layouts.groups.values() for field in layout.fields]
     of_world = [field for field in fields if field.frame == "world"]
     faces = any(field.kind != "vector" for field in layouts.state.fields if field.frame == "world")
     return faces and all(len(_level(field)) in (0, 2) for field in of_world if field.kind == "vector")

@@ -207,13 +207,9 @@ class Trajectory:
         Raises:
             UnknownNameError: when there is no such column.
         """
-        for layout, values in (
-            (self.layouts.state, self.state),
-            (self.layouts.action, self.action),
-            (self.layouts.inputs, self.inputs),
-        ):
+        for group, layout in self.layouts.groups.items():
             if name in layout:
-                column: Array = values[:, layout.index(name)]
+                column: Array = getattr(self, group)[:, layout.index(name)]
                 return column
         if name in self.extra:
             return self.extra[name]
@@ -234,8 +230,8 @@ class Trajectory:
     def with_columns(self, columns: Mapping[str, Array]) -> Trajectory:
         """The log with other values ``# (rows,)`` in columns of its three groups; others are left out."""
         changed = {}
-        for group in ("state", "action", "inputs"):
-            layout, values = getattr(self.layouts, group), getattr(self, group).copy()
+        for group, layout in self.layouts.groups.items():
+            values = getattr(self, group).copy()
             for name in (name for name in columns if name in layout):
                 values[:, layout.index(name)] = columns[name]
             changed[group] = values

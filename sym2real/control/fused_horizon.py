@@ -116,7 +116,7 @@ def _hidden(equations: Equations) -> list[str]:
 def function_program_of_start(equations: Equations) -> Program:
     """First values of the hidden states over columns, parameters at their values."""
     layouts = equations.layouts
-    names = [*layouts.state, *layouts.action, *layouts.inputs]
+    names = list(layouts.columns)
     return function_program([spelled_out(equations, expression) for expression in equations.start.values()], names)
 
 

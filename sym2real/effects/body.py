@@ -75,8 +75,7 @@ class Body:
     @property
     def names(self) -> tuple[str, ...]:
         """Columns and quantities."""
-        groups = (self.layouts.state, self.layouts.action, self.layouts.inputs)
-        return (*(column for group in groups for column in group), *self.quantities)
+        return (*self.layouts.columns, *self.quantities)
 
     @property
     def joints(self) -> tuple[str, ...]:

@@ -139,5 +139,5 @@ def _joined(logs: Iterable[Trajectory], names: Sequence[str]) -> list[Array]:
 
 
 def _has(log: Trajectory, names: Iterable[str]) -> bool:
-    known = {*log.layouts.state, *log.layouts.action, *log.layouts.inputs, *log.extra}
+    known = {*log.layouts.columns, *log.extra}
     return all(name in known for name in names)

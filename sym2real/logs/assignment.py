@@ -82,7 +82,7 @@ def assign(names: Sequence[str], motors: int = 4) -> Assignment:
 
 def within(found: Assignment, layouts: Layouts) -> Assignment:
     """What of an assignment a model with these columns has a use for."""
-    wanted = {*layouts.state, *layouts.action, *layouts.inputs}
+    wanted = {*layouts.columns}
     turning = {"attitude", "reference_attitude"} if wanted & {"qw", "sin_yaw"} else set()
     attitudes = turning | ({"attitude_command"} if "qw_cmd" in wanted else set())
     made_of = {"yaw": "sin_yaw", "wheel_speed": "vx"}

@@ -13,8 +13,6 @@ from sym2real.logs.resample import GAP_INTERVALS, REGULAR, gaps, is_regular, res
 from sym2real.logs.standard import Standard
 from sym2real.trajectory import Array, Trajectory
 
-GROUPS = ("state", "action", "inputs")
-
 
 def equal_steps(log: Trajectory, dt: float | None = None) -> list[Trajectory]:
     """The stretches of a log without gaps, at steps of ``dt``; the log itself where it is that already.
@@ -46,7 +44,7 @@ def without_holes(log: Trajectory, dt: float) -> Trajectory:
     periods = np.maximum(np.ceil(np.diff(log.time) / dt - 0.5), 1.0)
     log = replace(log, time=dt * np.concatenate([[0.0], np.cumsum(periods)]))
     known = np.isfinite(log.state).all(axis=1)
-    parts = {name: getattr(log, name)[known] for name in ("time", *GROUPS)}
+    parts = {name: getattr(log, name)[known] for name in ("time", *log.layouts.groups)}
     extra = {name: values[known] for name, values in log.extra.items()}
     made = _resampled(replace(log, **parts, extra=extra), dt)
     held = np.searchsorted(log.time, made.time + 0.5 * dt) - 1
@@ -63,15 +61,11 @@ def _resampled(log: Trajectory, dt: float) -> Trajectory:
     if len(log) < 2 or is_regular(log.time, dt):
         return log
     columns: dict[str, Array] = dict(log.extra)
-    for group in GROUPS:
-        columns |= dict(zip(getattr(log.layouts, group), getattr(log, group).T, strict=True))
+    columns |= {name: log.column(name) for name in log.layouts.columns}
     made = resample(Standard(log.time, columns, {}, log.notes), dt, log.layouts)
-    rows = len(made.time)
     groups: dict[str, Any] = {
-        group: np.stack([made.columns[name] for name in getattr(log.layouts, group)], axis=1)
-        if getattr(log.layouts, group).size
-        else np.zeros((rows, 0))
-        for group in GROUPS
+        group: np.column_stack([np.empty((len(made.time), 0)), *(made.columns[name] for name in layout)])
+        for group, layout in log.layouts.groups.items()
     }
     extra = {name: made.columns[name] for name in log.extra}
     return replace(log, time=made.time, extra=extra, notes=made.notes, **groups)

@@ -9,7 +9,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from sym2real.field import Group, read_fields
+from sym2real.field import Group
 from sym2real.layout import Layout, Layouts
 from sym2real.logs import derive
 from sym2real.logs.missing import require_columns
@@ -17,7 +17,6 @@ from sym2real.logs.standard import QUATERNION, Columns, Standard, side_by_side
 from sym2real.logs.table import Table
 from sym2real.trajectory import Array, Trajectory
 
-GROUPS: tuple[Group, ...] = ("state", "action", "inputs")
 EXTRA = "extra"  # columns that no layout holds
 
 
@@ -36,16 +35,11 @@ def trajectory(table: Table, log: Standard, layouts: Layouts, name: str) -> Traj
     """
     columns = _with_heading(log.columns, layouts)
     require_columns(table.path, columns, log.others, layouts)
-    groups = {
-        group: np.stack([_column(table, log, columns, column) for column in layout.columns], axis=1)
-        if layout.size
-        else np.zeros((len(log.time), 0))
-        for group in GROUPS
-        for layout in [getattr(layouts, group)]
-    }
-    placed = {column for group in GROUPS for column in getattr(layouts, group).columns}
-    extra = {name: values for name, values in (log.others | log.columns).items() if name not in placed}
-    state, action, inputs = (groups[group] for group in ("state", "action", "inputs"))
+    state, action, inputs = (
+        np.column_stack([np.empty((len(log.time), 0)), *(_column(table, log, columns, column) for column in layout)])
+        for layout in layouts.groups.values()
+    )
+    extra = {name: values for name, values in (log.others | log.columns).items() if name not in layouts.columns}
     return Trajectory(log.time, state, action, inputs, layouts, extra, name=name, notes=log.notes, raw=table.columns)
 
 
@@ -71,7 +65,7 @@ def _column(table: Table, log: Standard, columns: Columns, name: str) -> Array:
 
 def layouts_to_json(layouts: Layouts) -> str:
     """Layouts as a JSON text."""
-    return json.dumps({group: [vars(field) for field in getattr(layouts, group).fields] for group in GROUPS})
+    return json.dumps(layouts.to_dict())
 
 
 def layouts_from_json(text: str) -> Layouts:
@@ -80,5 +74,4 @@ def layouts_from_json(text: str) -> Layouts:
     Raises:
         KeyError, ValueError, RecursionError: when it is none.
     """
-    entries = msgspec.json.decode(text, type=dict[Group, list[dict[str, Any]]])
-    return Layouts(*(Layout(read_fields(entries[group])) for group in GROUPS))
+    return Layouts.from_dict(msgspec.json.decode(text, type=dict[Group, list[dict[str, Any]]]))

@@ -41,7 +41,7 @@ def require_columns(file: str | Path, standard: Collection[str], others: Collect
     Raises:
         DataError: naming every missing column with its unit, columns that may be meant, and what else helps.
     """
-    units = {**layouts.state.units, **layouts.action.units, **layouts.inputs.units}
+    units = layouts.units
     given = {"t", *layouts.inputs.pushes}
     missing = [name for name in units if name not in {*standard, *others, *given}]
     if not missing:

@@ -34,8 +34,8 @@ def for_model(spec: LogSpec, table: Table, layouts: Layouts | None) -> LogSpec:
 
 def own_units(layouts: Layouts | None) -> dict[str, str]:
     """Unit of every column of a model that is no standard one."""
-    groups = () if layouts is None else (layouts.state, layouts.action, layouts.inputs)
-    return {name: unit for group in groups for name, unit in group.units.items() if name not in STANDARD_COLUMNS}
+    units = {} if layouts is None else layouts.units
+    return {name: unit for name, unit in units.items() if name not in STANDARD_COLUMNS}
 
 
 def _require_own(spec: LogSpec, table: Table, name: str, source: Source, own: dict[str, str]) -> None:

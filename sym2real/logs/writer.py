@@ -10,7 +10,7 @@ from pathlib import Path
 from sym2real.errors import DataError, ShapeError
 from sym2real.files import whole
 from sym2real.logs import csv_file, parquet_file
-from sym2real.logs.grouping import EXTRA, GROUPS, layouts_to_json
+from sym2real.logs.grouping import EXTRA, layouts_to_json
 from sym2real.logs.recordings import mcap_writer
 from sym2real.logs.table import COLUMNAR
 from sym2real.trajectory import Array, Trajectory
@@ -67,9 +67,9 @@ def _joined(groups: Mapping[str, Mapping[str, Array]]) -> dict[str, Array]:
 
 def _groups(trajectory: Trajectory) -> dict[str, dict[str, Array]]:
     """Columns by their group; the time stands with the states."""
-    groups = {
-        group: dict(zip(getattr(trajectory.layouts, group).columns, getattr(trajectory, group).T, strict=True))
-        for group in GROUPS
+    groups: dict[str, dict[str, Array]] = {
+        group: dict(zip(layout, getattr(trajectory, group).T, strict=True))
+        for group, layout in trajectory.layouts.groups.items()
     } | {EXTRA: dict(trajectory.extra)}
     names = Counter([TIME, *(name for columns in groups.values() for name in columns)])
     if repeated := [name for name, times in names.items() if times > 1]:

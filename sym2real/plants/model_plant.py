@@ -117,8 +117,8 @@ def _require_columns(model: object, layouts: Layouts) -> None:
     equations = getattr(model, "equations", None)
     if not (isinstance(model, torch.jit.ScriptModule) and isinstance(equations, Equations)):
         return
-    for group in ("state", "action", "inputs"):
-        mine, its = getattr(layouts, group).columns, getattr(equations.layouts, group).columns
+    for group, layout in layouts.groups.items():
+        mine, its = layout.columns, equations.layouts.groups[group].columns
         if mine != its:
             raise ShapeError(
                 f"a ModelPlant of the {group} columns {mine} cannot step a model of {its}; an EquationsPlant can"

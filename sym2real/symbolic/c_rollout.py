@@ -45,7 +45,7 @@ def rollout_text(equations: Equations, single: bool) -> str:
     layouts, parameters = equations.layouts, tuple(equations.parameters)
     program = step_program(equations)
     lines = CLines(program, single)
-    moving = program.reached_by({*layouts.state, *layouts.action, *layouts.inputs})
+    moving = program.reached_by({*layouts.columns})
     size, known = len(layouts.state), [f"start_{TIME}" if c == TIME else f"x_{c}" for c in layouts.inputs]
     following = [f"const v next_{i} = {lines.vector(value)};" for i, value in enumerate(program.outputs)]
     following += [f"x_{column} = next_{i};" for i, column in enumerate(layouts.state)]

@@ -165,9 +165,7 @@ def _require_fit(
         raise ShapeError(f"expected inputs for {actions.shape[-2]} steps, found {inputs.shape[-2]}")
     equations = getattr(model, "equations", None)
     if isinstance(model, torch.jit.ScriptModule) and isinstance(equations, Equations):
-        layouts = equations.layouts
-        groups = (layouts.state, layouts.action, layouts.inputs)
-        wanted = dict(zip(("state", "action", "input"), (group.columns for group in groups), strict=True))
+        wanted = {group.removesuffix("s"): layout.columns for group, layout in equations.layouts.groups.items()}
         wanted["parameter"] = tuple(equations.parameters)
         for (name, columns), tensor in zip(wanted.items(), (state, actions, inputs, parameters), strict=True):
             if tensor is not None and tensor.shape[-1] != len(columns):

@@ -117,7 +117,7 @@ class Equations(Predicting):
     @property
     def columns(self) -> tuple[str, ...]:
         """State, action and input columns."""
-        return (*self.layouts.state, *self.layouts.action, *self.layouts.inputs)
+        return self.layouts.columns
 
     @property
     def names(self) -> tuple[str, ...]:

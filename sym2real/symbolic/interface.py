@@ -54,7 +54,7 @@ def outside_said(equations: Equations) -> tuple[str, ...]:
 
 def columns_of(layouts: Layouts) -> dict[str, list[dict[str, str]]]:
     """Columns with units of state, action and inputs."""
-    return {name: _columns(getattr(layouts, name)) for name in ("state", "action", "inputs")}
+    return {group: _columns(layout) for group, layout in layouts.groups.items()}
 
 
 def _columns(layout: Layout) -> list[dict[str, str]]:

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict
-from typing import TYPE_CHECKING, Any, Generic, Literal, TypeVar, get_args
+from typing import TYPE_CHECKING, Any, Generic, Literal, TypeVar
 
 import msgspec
 from sympy import Expr
 
 from sym2real.errors import ModelError
-from sym2real.field import Group, read_fields
-from sym2real.layout import Layout, Layouts
+from sym2real.field import Group
+from sym2real.layout import Layouts
 from sym2real.symbolic.expressions import text
 from sym2real.symbolic.origin import Origin
 
@@ -20,7 +19,6 @@ if TYPE_CHECKING:
     from sym2real.symbolic.equations import Equations
 
 FORMAT = "sym2real equations 1"
-GROUPS: tuple[Group, ...] = get_args(Group)
 
 
 def write_equations(equations: Equations) -> str:
@@ -33,7 +31,7 @@ def write_equations(equations: Equations) -> str:
         "format": FORMAT,
         "robot": equations.robot,
         "dt": equations.dt,
-        "layouts": {group: [asdict(field) for field in getattr(equations.layouts, group).fields] for group in GROUPS},
+        "layouts": equations.layouts.to_dict(),
         "next": written(equations.next),
         "output": written(equations.output),
         "quantities": written(equations.quantities),
@@ -85,7 +83,7 @@ def read_equations(source: str) -> dict[str, Any]:
     """
     try:
         found = msgspec.json.decode(source, type=Written)
-        layouts = Layouts(*(Layout(read_fields(found.layouts[group])) for group in GROUPS))
+        layouts = Layouts.from_dict(found.layouts)
     except (KeyError, ValueError, RecursionError) as error:
         raise ModelError(f"expected equations in JSON of format {FORMAT!r}, found another text: {error}") from error
     same = ("dt", "output", "quantities", "parameters", "robot", "notes", "numbers", "start", "origin")

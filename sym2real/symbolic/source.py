@@ -32,7 +32,7 @@ Groups = Mapping[str, Sequence[str]]
 def step_program(equations: Equations) -> Program:
     """Next state on the manifold over state, action, inputs and parameters."""
     layouts = equations.layouts
-    names = (*layouts.state, *layouts.action, *layouts.inputs, *equations.parameters)
+    names = (*layouts.columns, *equations.parameters)
     graph = Graph(names, fixed=equations.parameters)
     lowering = Lowering(graph, equations.quantities)
     columns = {column: lowering.lower(equations.next[column]) for column in layouts.state}
@@ -118,7 +118,7 @@ def methods_of(program: Program, groups: Groups, parameters: Sequence[str]) -> t
 def model_source(equations: Equations) -> str:
     """Source of the class ``Dynamics``: ``forward`` and ``rollout`` of the equations."""
     layouts, parameters = equations.layouts, tuple(equations.parameters)
-    groups = {"state": layouts.state.columns, "action": layouts.action.columns, "inputs": layouts.inputs.columns}
+    groups = {str(group): layout.columns for group, layout in layouts.groups.items()}
     methods, constants = methods_of(step_program(equations), groups, parameters)
     time = layouts.inputs.index(TIME) if TIME in layouts.inputs else None
     dt = repr(equations.dt)

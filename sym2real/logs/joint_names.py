@@ -9,24 +9,19 @@ from functools import cached_property
 from typing import Literal
 
 from sym2real.layout import Layouts
-from sym2real.logs import names as known
-from sym2real.logs.name_words import TORQUE, words_and_unit
+from sym2real.logs.name_words import TABLES, WORDS, words_and_unit
+from sym2real.logs.names import OF_ROLES
 from sym2real.logs.of_model import own_units
 
 Quantity = Literal["place", "rate", "force"]
 
-WANTED = known.WANTED | known.COMMAND | known.REFERENCE
-MEASURED = frozenset({"measured", "meas", "msr", "actual", "act"})
-PLACE = known.POSITION | {
-    "q", "qpos", "positions", "angle", "angles", "ang", "theta", "th", "phi", "encoder", "enc", "displacement",
-}  # fmt: skip
-RATE = known.VELOCITY | {"rate", "rates", "w", "omega", "dq", "qd", "qdot", "qvel", "dtheta", "thetadot", "angvel"}
-FORCE = TORQUE | {"f", "force", "forces", "motor", "motors", "m", "u"}
-OTHERS = (known.ACCELERATION - {"a"}) | {"ddq", "qdd", "ddot", "current", "temperature"}
+OF_JOINTS = {said: frozenset(words) for said, words in TABLES["joints"].items()}
+MEASURED = WORDS["measured"]
+PLACE, RATE = WORDS["position"] | OF_JOINTS["place"], WORDS["velocity"] | OF_JOINTS["rate"]
+FORCE = WORDS["torque"] | OF_JOINTS["force"]
+OTHERS = (WORDS["acceleration"] - {"a"}) | OF_JOINTS["other"]
 # What a name may say beside the joint, and says nothing about which.
-NEUTRAL = frozenset({
-    "joint", "joints", "jnt", "j", "state", "states", "real", "raw", "data", "robot", "of", "present", *MEASURED,
-})  # fmt: skip
+NEUTRAL = OF_JOINTS["neutral"] | MEASURED
 SHORTEST = 3  # letters of a joint's name that is looked for inside a word
 # What an actuator is told, by the unit of its column.
 TOLD: Mapping[str, Quantity] = {"rad": "place", "m": "place", "rad/s": "rate", "m/s": "rate"}
@@ -84,7 +79,7 @@ class _Name:
 
     @property
     def wanted(self) -> bool:
-        return bool(WANTED.intersection(self.words)) and not MEASURED.intersection(self.words)
+        return bool(OF_ROLES.intersection(self.words)) and not MEASURED.intersection(self.words)
 
     @property
     def quantity(self) -> str:
@@ -96,7 +91,7 @@ class _Name:
     @property
     def joint(self) -> frozenset[str]:
         """Words that name a joint."""
-        said = PLACE | RATE | FORCE | NEUTRAL | WANTED
+        said = PLACE | RATE | FORCE | NEUTRAL | OF_ROLES
         return frozenset(word for word in self.words if word not in said and not word.isdigit())
 
     @property

@@ -3,21 +3,15 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
+from sym2real.files import read_toml
 from sym2real.logs.units import UNITS
 
-THRUST = frozenset({"thrust", "collective", "thr"})
-FORCE = frozenset({"f", "force"})
-TORQUE = frozenset({"torque", "torques", "tau", "tor", "trq", "moment", "effort", "efforts"})
-BATTERY = frozenset({"vbat", "vbatt", "battery", "batt", "bat", "voltage"})
-
-UNIT_WORDS = {
-    "deg": "deg", "degree": "deg", "degrees": "deg", "degs": "deg/s", "dps": "deg/s", "rad": "rad", "radians": "rad",
-    "rads": "rad/s", "radps": "rad/s", "mrad": "mrad", "mm": "mm", "cm": "cm", "ms": "ms", "msec": "ms", "us": "us",
-    "millis": "ms", "micros": "us", "usec": "us", "ns": "ns", "nsec": "ns", "nsecs": "ns", "nanoseconds": "ns",
-    "sec": "s", "secs": "s", "seconds": "s", "mps": "m/s", "kmh": "km/h", "kph": "km/h",
-    "mv": "mV", "volt": "V", "volts": "V", "newton": "N", "meters": "m", "metres": "m",
-}  # fmt: skip
+TABLES = read_toml(Path(__file__).with_name("words.toml"), "words in names of columns")
+# What a word says → the words that say it; a word for a unit → the unit.
+WORDS = {said: frozenset(words) for said, words in TABLES["words"].items()}
+UNIT_WORDS: dict[str, str] = {word: unit for unit, words in TABLES["units"].items() for word in words}
 OF_TIME_ALONE = [[word] for word, unit in UNIT_WORDS.items() if UNITS[unit][0] == "s"]
 WRITTEN_UNITS = {"°": "deg", "°/s": "deg/s", "µs": "us", "μs": "us", "m/s2": "m/s^2", "m/s²": "m/s^2", "Nm": "N m"}
 
@@ -29,12 +23,12 @@ TAILS: dict[tuple[str, ...], str] = {
 }
 # Letters that are units behind these words alone: an n behind others points north.
 LETTERS = (
-    (("m", "n"), "mN", THRUST | FORCE),
-    (("n",), "N", THRUST | FORCE),
-    (("mnm",), "mN m", TORQUE),
-    (("nm",), "N m", TORQUE),
-    (("m", "v"), "mV", BATTERY),
-    (("v",), "V", BATTERY),
+    (("m", "n"), "mN", WORDS["thrust"] | WORDS["force"]),
+    (("n",), "N", WORDS["thrust"] | WORDS["force"]),
+    (("mnm",), "mN m", WORDS["torque"]),
+    (("nm",), "N m", WORDS["torque"]),
+    (("m", "v"), "mV", WORDS["battery"]),
+    (("v",), "V", WORDS["battery"]),
 )
 
 _COMPOUND = re.compile(r"(pos|p|vel|v|omega|gyro|gyr|w|accel|acc|a|quat|q|force|f|torque|tau|tor|d)_?([wxyz])")

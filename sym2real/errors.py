@@ -1,7 +1,5 @@
 """Errors that say what was expected, what was found, and what to try next."""
 
-from __future__ import annotations
-
 import difflib
 import os
 from collections.abc import Iterable, Iterator

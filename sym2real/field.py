@@ -1,7 +1,5 @@
 """Columns that belong together: their names, unit, frame, and the manifold they live on."""
 
-from __future__ import annotations
-
 import keyword
 import unicodedata
 from collections.abc import Mapping, Sequence

@@ -1,7 +1,5 @@
 """Files that appear whole or not at all: written beside their place, then moved there; and how JSON is read back."""
 
-from __future__ import annotations
-
 import difflib
 import json
 import os

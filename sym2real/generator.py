@@ -1,7 +1,5 @@
 """Torch's generator of random numbers with a seed."""
 
-from __future__ import annotations
-
 from typing import SupportsInt
 
 import torch

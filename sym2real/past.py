@@ -3,8 +3,6 @@
 Before the first row it is that row, repeated: as if the first command had been held for ever.
 """
 
-from __future__ import annotations
-
 from collections import deque
 
 import numpy as np

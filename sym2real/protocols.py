@@ -1,7 +1,5 @@
 """Where outsiders plug in: what a model, a plant, a controller, a change and a regression engine must offer."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol, TypeVar

@@ -1,7 +1,5 @@
 """A registry is a visible dict whose look-up failures name the nearest valid key."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from importlib import import_module

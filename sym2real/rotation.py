@@ -5,8 +5,6 @@ piece of memory, because all that is done with them works on one component at a 
 Formulas: J. Solà, "Quaternion kinematics for the error-state Kalman filter" (arXiv:1711.02508), Hamilton convention.
 """
 
-from __future__ import annotations
-
 import torch
 from torch import Tensor
 

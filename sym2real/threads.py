@@ -1,7 +1,5 @@
 """One thread for what is many small sums: more of them wait for each other, and sum in another order."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 

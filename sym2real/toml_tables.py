@@ -1,7 +1,5 @@
 """Tables of TOML files, checked key by key: every error names file, key, what was expected and what was found."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass

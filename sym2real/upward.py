@@ -4,8 +4,6 @@ Imports point down (``tests/test_rooms.py``). What a user expects as a method of
 more than its own room has is listed here, and nowhere else.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from importlib import import_module
 from typing import Any

@@ -1,7 +1,5 @@
 """Names of the columns and quantities that robots have in common, and what they mean."""
 
-from __future__ import annotations
-
 from math import pi
 
 from sym2real.field import Field, Group

@@ -30,8 +30,6 @@ Every verb answers --help, and --json FILE writes its result (- is standard outp
 others writes a page that works offline. sym2real --version says which one this is.
 """
 
-from __future__ import annotations
-
 import os
 import sys
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """What ``adapt`` is given as TARGET: a robot's simulator, the folder of one, or a folder of logs."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Things with their values as a user types them: ``wind fx=0.02 added_mass value=0.005``, ``circle speed=1 hover``."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping, Sequence
 

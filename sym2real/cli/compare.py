@@ -1,7 +1,5 @@
 """``sym2real compare``: how far a model's predictions are from logs."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal

@@ -1,7 +1,5 @@
 """``sym2real diagnose``: which physical effect a model lacks, from logs."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar

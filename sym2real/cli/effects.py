@@ -1,7 +1,5 @@
 """``sym2real effects``: the catalogue of physical effects, and the page of one."""
 
-from __future__ import annotations
-
 from dataclasses import asdict, dataclass
 from typing import Any
 

@@ -1,7 +1,5 @@
 """``sym2real export``: a model as a file for other programs."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar, Literal

@@ -1,7 +1,5 @@
 """The files that ``diagnose`` and ``add --fit`` leave, and what goes when another diagnosis takes its place."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any

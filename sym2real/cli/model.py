@@ -1,7 +1,5 @@
 """What verbs share: opening a model with progress, and logs with the columns that the model needs."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from hashlib import sha256

@@ -1,7 +1,5 @@
 """The `nominal` command that makes first equations for a log, by the columns that were found in it."""
 
-from __future__ import annotations
-
 import shlex
 from collections.abc import Collection
 from dataclasses import dataclass

@@ -3,8 +3,6 @@
 A verb's field of one of these types is refused before any work; plain ``float`` fields take any finite number.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from functools import partial

@@ -1,7 +1,5 @@
 """From what is typed to a verb: numbers with errors for people, and help that fits 80 columns."""
 
-from __future__ import annotations
-
 import contextlib
 import io
 import re

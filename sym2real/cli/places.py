@@ -4,8 +4,6 @@ A verb's fields say what it reads and what it writes: :data:`WRITTEN` are writte
 :class:`Path` and every :data:`Place` is read.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import fields

@@ -1,7 +1,5 @@
 """What several verbs take, with the names and the words that their help uses."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

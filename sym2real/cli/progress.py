@@ -1,7 +1,5 @@
 """Progress on standard error: a bar on a terminal, now and then a line in a file or a pipe."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager

@@ -1,7 +1,5 @@
 """``sym2real show``: a model's equations, for people."""
 
-from __future__ import annotations
-
 from dataclasses import asdict, dataclass
 from typing import Any
 

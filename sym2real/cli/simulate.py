@@ -1,7 +1,5 @@
 """``sym2real simulate``: flights and drives in the simulator, without a model."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar, Literal

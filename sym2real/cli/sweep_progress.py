@@ -1,7 +1,5 @@
 """Progress of a sweep: a line for every answer with the time that is left, and below it what is going on."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager

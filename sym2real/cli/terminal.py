@@ -1,7 +1,5 @@
 """What a verb says: held back until its files are written, and fit for whatever stream it goes to."""
 
-from __future__ import annotations
-
 import contextlib
 import io
 import os

@@ -1,7 +1,5 @@
 """The last net: an error that nobody foresaw becomes one line, and a file for whoever mends it."""
 
-from __future__ import annotations
-
 import os
 import platform
 import shlex

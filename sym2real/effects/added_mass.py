@@ -3,8 +3,6 @@
 Masses add up: on equations that have a mass already, m₀ is that of the robot which carries it.
 """
 
-from __future__ import annotations
-
 from sym2real.effects.alike import ONE_LIFT, ONE_MAP, ONE_STRENGTH, ONE_THRUST, Member
 from sym2real.effects.body import Body
 from sym2real.effects.domain import Domain

@@ -1,7 +1,5 @@
 """Conditions under which effects look alike, each with a name that effects say they belong to."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 

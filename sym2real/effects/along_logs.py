@@ -3,8 +3,6 @@
 What is predicted is what is measured, so that a model with a tilted sensor board is held against its log fairly.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import cast
 

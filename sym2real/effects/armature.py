@@ -1,7 +1,5 @@
 """Inertia that turns or slides with a joint's motor: M_jj → M_jj + a."""
 
-from __future__ import annotations
-
 from math import inf
 from typing import Any
 

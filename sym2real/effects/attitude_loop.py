@@ -4,8 +4,6 @@ Over a step of dt the attitude goes the part p = 1 - e^(-dt/τ) of the way to th
 the nominal loop is given the command that lies p(kτ)/p(τ) of the way off.
 """
 
-from __future__ import annotations
-
 from sympy import Expr, exp, sign
 
 from sym2real.effects.body import Body

@@ -3,8 +3,6 @@
 V₀ is where the thrust map holds: the number ``full_battery`` of the equations, else that of a full cell.
 """
 
-from __future__ import annotations
-
 from sym2real.effects import truth
 from sym2real.effects.body import Body
 from sym2real.effects.clock import with_time

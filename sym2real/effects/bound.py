@@ -4,8 +4,6 @@ Substitution is the hypothesis. Injection is the independent truth: it uses the 
 substitution's formulas.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property

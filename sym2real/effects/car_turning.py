@@ -5,8 +5,6 @@ yaw torque τ_z pushes along the heading with τ_z tan(δ)/L, and a force F acro
 axle with c F tan(δ)/L.
 """
 
-from __future__ import annotations
-
 from sympy import Expr, tan
 
 from sym2real.effects.body import Body

@@ -1,7 +1,5 @@
 """The way from a key to an effect, and which effects apply to given equations."""
 
-from __future__ import annotations
-
 import difflib
 import re
 from collections.abc import Iterable, Iterator

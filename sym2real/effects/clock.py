@@ -1,7 +1,5 @@
 """Time as an input of equations."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from sympy import Expr

@@ -1,7 +1,5 @@
 """The centre of mass beside the thrust line: τ = -r × T e₃ = T (-r_y, r_x, 0)."""
 
-from __future__ import annotations
-
 from sym2real.effects.alike import ONE_TORQUE_AT_ONE_THRUST, Member
 from sym2real.effects.body import Body
 from sym2real.effects.domain import Domain

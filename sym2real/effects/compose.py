@@ -12,8 +12,6 @@ and the linkage's travel and trim make the quantity that moves the robot (gain, 
 care: all others change places freely.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Commands within a band do nothing: play in a linkage, or rest around zero (commands of speed)."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from sym2real.effects.body import Body

@@ -1,7 +1,5 @@
 """Commands act late: a(t) → a(t - d)."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

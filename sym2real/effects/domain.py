@@ -1,7 +1,5 @@
 """Values that an effect's parameter can have at all, beyond which there is no such thing: no delay is negative."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

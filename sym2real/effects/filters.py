@@ -4,8 +4,6 @@ A controller that plans with such equations puts its candidates through :meth:`F
 them, and calls :meth:`FilterState.remember` with what was sent.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from functools import lru_cache
 

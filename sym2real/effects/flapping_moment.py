@@ -1,7 +1,5 @@
 """Blades that flap in moving air turn the body: τ = (a·v, b·u, 0), u and v the velocity along body x and y."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Axes and velocities as expressions over the columns of a body."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from sympy import Expr, Integer, sqrt

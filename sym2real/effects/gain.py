@@ -1,7 +1,5 @@
 """A command is answered with a multiple of it: a → k·a."""
 
-from __future__ import annotations
-
 from sym2real.effects.alike import ONE_MAP, ONE_ROTOR, ONE_STEERING, ONE_STRENGTH, ONE_THRUST, ONE_TURN, Member
 from sym2real.effects.body import Body
 from sym2real.effects.kind import Kind, Parameter, Values, of_any_body

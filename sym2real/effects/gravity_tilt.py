@@ -1,7 +1,5 @@
 """The base stands askew: gravity is turned by small angles about the world's x and y axes."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from scipy.spatial.transform import Rotation

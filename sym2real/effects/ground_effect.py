@@ -1,7 +1,5 @@
 """More thrust near the ground: T (1 + g e^(-z/0.07 m))."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

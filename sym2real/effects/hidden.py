@@ -1,7 +1,5 @@
 """States that a log does not hold."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from sympy import Expr

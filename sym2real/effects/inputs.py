@@ -1,7 +1,5 @@
 """Inputs along a log for equations that use more, or others, than the log was read with."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

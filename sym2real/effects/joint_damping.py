@@ -1,7 +1,5 @@
 """A joint is braked in proportion to its rate: τ = -d q̇."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from sym2real.effects.body import Body

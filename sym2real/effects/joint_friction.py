@@ -1,7 +1,5 @@
 """Dry (Coulomb) friction of a joint: τ = -c sign(q̇), and what holds it where it stands."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from sym2real.effects.body import Body

@@ -1,7 +1,5 @@
 """Forces along joints into equations: through their inputs, or approximately where they have none."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """The registry: every kind of effect by its name. A new one is a file of that name, and its words in ``words.toml``."""
 
-from __future__ import annotations
-
 from sym2real.effects.kind import WORDS, Kind
 from sym2real.registry import Registry
 

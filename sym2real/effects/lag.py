@@ -1,7 +1,5 @@
 """An actuator approaches its command as a first-order filter: τ da'/dt = a - a'."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from sym2real.effects.alike import ONE_LAG, ONE_WAY_TO_TURN, Member

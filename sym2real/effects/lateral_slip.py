@@ -1,7 +1,5 @@
 """A lateral force at the centre of mass, c ahead of the rear axle: F = -k·m·v_lat, v_lat = v + c·ω_z."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The measured point is not the rear axle's middle: p_measured = p + R(ψ) r, and its velocity with it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import Any
 

@@ -6,8 +6,6 @@ back from where the robot never was. So it is the first of the filters. A servo'
 magnitude then says both limits.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Drag in proportion to speed, along body axes: F = -c∘v."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from sym2real.effects import truth

@@ -1,7 +1,5 @@
 """A point mass hangs at a site of the robot (a tool, a gripped part)."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

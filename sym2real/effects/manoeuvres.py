@@ -1,7 +1,5 @@
 """What logs lack that would tell effects apart (turns of yaw, changes of thrust, dither, circles), and what to fly."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 
 import numpy as np

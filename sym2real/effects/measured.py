@@ -1,7 +1,5 @@
 """What sensors report of a state column: the output that stands so far, and its replacement."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 

@@ -4,8 +4,6 @@ A row of commands is held for one period, so what reaches the robot is averaged 
 zero is then the identity, with a derivative that is not zero (an exact lag's response at the period's end has none).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 

@@ -12,8 +12,6 @@ are exact over a held step; x = ω - ω_cmd - τ_ext/(J K) obeys, with r = √(1
 where e₁, e₂ = exp(-(1 ∓ r) dt/(2τ)); for a complex r the same in sine and cosine. At τ = 0 this is the plain loop.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

@@ -5,8 +5,6 @@ The board's axes are the body's turned by roll φ about x, then by pitch θ abou
     q_measured = q ⊗ δ        ω_measured = δ⁻¹ ω        ω_cmd = δ ω_cmd, sent
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

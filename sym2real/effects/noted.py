@@ -1,7 +1,5 @@
 """Which effects equations have already: in words, and as changes that a simulated robot needs to have them too."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from sym2real.effects.body import Describable

@@ -1,7 +1,5 @@
 """A constant is added to a command: a → a + b."""
 
-from __future__ import annotations
-
 from sym2real.effects import truth
 from sym2real.effects.alike import ONE_LIFT, ONE_MAP, ONE_PULL, ONE_THRUST, ONE_TORQUE, ONE_TORQUE_AT_ONE_THRUST, Member
 from sym2real.effects.body import Body

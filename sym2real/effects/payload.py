@@ -1,7 +1,5 @@
 """A load at an arm: mass as ``added_mass``, and the centre of mass at r = m_p·arm/(m₀ + m_p)."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from sym2real.effects.added_mass import ADDED_MASS

@@ -1,7 +1,5 @@
 """A force that swings: F = A sin(ω t + φ) along world axes. The phase is free in every log."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Drag in proportion to the square of speed: F = -c‖v‖v."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

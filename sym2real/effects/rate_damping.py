@@ -6,8 +6,6 @@ body, the torque over a step is that of the mean rate (trapezoidal rule), with t
     τ_d = -d (ω + dt τ/(2J)) / (1 + d dt/(2J))
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """An actuator follows its command no faster than a fixed rate: |da'/dt| ≤ r."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from sym2real.effects.body import Body

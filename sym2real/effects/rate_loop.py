@@ -1,7 +1,5 @@
 """The on-board rate loop ω̇ = K (ω_cmd - ω) + τ/J over one held step, from the robot's J and K."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

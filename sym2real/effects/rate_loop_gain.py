@@ -3,8 +3,6 @@
 The torque that is put in makes the rate at the end of a step that of the changed loop, exactly.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from sym2real.effects.body import Body

@@ -10,8 +10,6 @@ lag whose time goes by the speed. δ' is a hidden state that starts at the first
 over the step, exact for the speed of the step's start.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from sympy import Abs, Integer, Max, exp

@@ -5,8 +5,6 @@ one turning centre, as a linkage would have them: else they fight each other, an
 effects steer adds up in a number of the description, from which the wheels are turned.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

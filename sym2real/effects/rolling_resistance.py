@@ -1,7 +1,5 @@
 """A constant deceleration against the motion: F = -r·m·sign(u) along the heading."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

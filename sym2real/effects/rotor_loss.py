@@ -1,7 +1,5 @@
 """One rotor gives less: (1 - ℓ) of its thrust, and the torques that follow."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -9,8 +9,6 @@ reaction torque per thrust, so that::
 which is solved exactly over a held step; the last yaw rate command is a hidden state.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

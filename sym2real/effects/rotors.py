@@ -5,8 +5,6 @@ motor1 to motor4 front right, back right, back left, front left; seen from above
 reaction torque is negative (Crazyflie firmware, ``power_distribution_quadrotor.c``).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

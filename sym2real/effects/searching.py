@@ -1,7 +1,5 @@
 """What a search must know of an effect beside its form: whether it is tried, from where, and with what of it free."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum

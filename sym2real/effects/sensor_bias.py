@@ -1,7 +1,5 @@
 """A measurement is off by a constant: y → y + b."""
 
-from __future__ import annotations
-
 from sym2real.effects.body import Body
 from sym2real.effects.kind import Kind, Numbers, Parameter
 from sym2real.effects.measured import reported, reporting

@@ -1,7 +1,5 @@
 """A measurement is filtered: τ dy_m/dt = y - y_m. It serves the diagnosis; control with it is refused."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from sym2real.effects.body import Body

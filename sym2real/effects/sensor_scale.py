@@ -1,7 +1,5 @@
 """A measurement is a multiple of the truth: y → k·y. A factor of -1 is ``sensor_sign``."""
 
-from __future__ import annotations
-
 from sym2real.effects.body import Body
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values, of_any_body
 from sym2real.effects.measured import reported, reporting

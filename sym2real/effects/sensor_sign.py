@@ -1,7 +1,5 @@
 """A measurement has the wrong sign: y → -y, a factor of -1; 1 is none."""
 
-from __future__ import annotations
-
 from sym2real.effects.kind import Kind, Parameter, of_any_body
 from sym2real.effects.searching import SETTLED, Searching
 from sym2real.effects.sensor_scale import multiplied, multiplying

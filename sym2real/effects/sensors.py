@@ -1,7 +1,5 @@
 """What the sensors make of a state, and back: the way between a model's states and a log's or a controller's."""
 
-from __future__ import annotations
-
 import torch
 from torch import Tensor
 

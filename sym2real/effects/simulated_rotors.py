@@ -1,7 +1,5 @@
 """Rotors of a simulated rotorcraft: actuators of their own, or what a thrust and three torques ask of four of them."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A floor that is not level: a constant force m·g in the plane."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Thrust in equations: an action, the sum of four motors, or what motor lag has made of it."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from sympy import Expr, Integer, Symbol

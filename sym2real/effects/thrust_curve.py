@@ -1,7 +1,5 @@
 """Thrust that bends against its command: T → T₀ (T/T₀)^p, T₀ the hover thrust."""
 
-from __future__ import annotations
-
 from sympy import Max
 
 from sym2real.effects.alike import ONE_MAP, ONE_ROTOR, Member

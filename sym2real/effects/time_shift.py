@@ -1,7 +1,5 @@
 """A measurement is stamped late or early: y_m(t) = y(t - d). It serves the diagnosis; control with it is refused."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from sym2real.effects.body import Body

@@ -1,7 +1,5 @@
 """A constant torque about body axes."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from sym2real.effects.alike import ONE_TORQUE, ONE_TORQUE_AT_ONE_THRUST, Member

@@ -5,8 +5,6 @@ thrust) and the inverse of that on the inertia: no flight parts the two. Of publ
 about yaw is the least sure one, by an order of magnitude.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from sym2real.effects.body import Body

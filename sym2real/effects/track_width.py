@@ -1,7 +1,5 @@
 """Wheels further apart, or closer, than nominal: b → k·b, so that a difference of their rates turns less, or more."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Rotors that lift more in moving air: T (1 + k (u² + v²)), u and v the velocity along body x and y."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from sym2real.effects import truth

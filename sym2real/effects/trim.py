@@ -1,7 +1,5 @@
 """What sits a little differently in every run: how a board is screwed on, how motion capture sees its markers."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from math import hypot
 

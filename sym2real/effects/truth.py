@@ -5,8 +5,6 @@ is a quadrotor's thrust along body z, and the next three its rate loop. ``MjSpec
 edited before compilation.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

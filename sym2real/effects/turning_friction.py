@@ -5,8 +5,6 @@ with μ N b/4, by the mean distance from its middle; in a simulator that lets it
 what is missing may be less than nothing.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

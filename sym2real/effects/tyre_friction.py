@@ -12,8 +12,6 @@ A tyre that slides has one force, against its slip (Coulomb): of μ m g the driv
 4 k (u_cmd - u) has beside the turn's, m u² tan(δ)/L. The plain robot has μ = 1.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from sympy import Abs, Expr, Max, Min, Piecewise, atan, exp, sqrt, tan

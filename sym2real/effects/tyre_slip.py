@@ -7,8 +7,6 @@ of the base, which is asked with the slip taken off the velocity; the slip is ad
 Tyres take up their slip within centimetres: it is the steady one of the step's end.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from sympy import Abs, Expr

@@ -7,8 +7,6 @@ turns the car solves δ_eff + k tan δ_eff = δ, whose first Newton step from δ
 sign. Below zero the car oversteers, and diverges where k = -1, its critical speed; the equations stop short of it.
 """
 
-from __future__ import annotations
-
 from sympy import Abs, Max, tan
 
 from sym2real.effects.alike import ONE_STEERING, Member

@@ -1,7 +1,5 @@
 """A compiled model as logs and controllers see it: hidden states start where the equations say and stay inside."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 import torch

@@ -1,7 +1,5 @@
 """The battery's voltage as an input of equations that were written, or learned, without it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Wheels larger or smaller than nominal, one or all: r → k·r, so that they turn 1/k times as much per metre."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from sym2real.effects.body import Body

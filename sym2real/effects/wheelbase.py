@@ -1,7 +1,5 @@
 """Another distance between the axles: L → k·L, so that tan(steer) turns the car 1/k times as much."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from sympy import atan, tan

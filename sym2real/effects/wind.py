@@ -1,7 +1,5 @@
 """A constant force along world axes."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from sym2real.effects.alike import ONE_FORCE, ONE_LEAN, Member

@@ -1,7 +1,5 @@
 """Forces and torques into equations: through their wrench inputs, or approximately where they have none."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Measured yaw is off by a constant: ψ_measured = ψ + b."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

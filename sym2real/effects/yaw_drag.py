@@ -1,7 +1,5 @@
 """A torque against turning: τ_z = -c·J·ω_z, J the yaw inertia about the rear axle."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """How simulated manoeuvres are flown and driven whatever the effect: loosely, and never ahead of the robot."""
 
-from __future__ import annotations
-
 import numpy as np
 import torch
 from numpy.typing import ArrayLike

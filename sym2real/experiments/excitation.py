@@ -1,7 +1,5 @@
 """What excites in test runs: noise, and controllers with random commands of their own."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

@@ -5,8 +5,6 @@ coloured noise on the commands, and levelled random rates from 2 m.
 A car drives circles, to goals, and on random commands up to 2 m/s.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 

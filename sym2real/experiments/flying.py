@@ -1,7 +1,5 @@
 """One task, one controller, one plant: flown or driven, timed and summed up."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -10,8 +10,6 @@ of effects that flew or predicted worse than the best model before it, beyond th
 and a model whose predictions leave the robot's limits does not fly.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from sym2real.dataset import Dataset

@@ -1,7 +1,5 @@
 """Learners by the name that a user types, with settings that train in seconds."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal

@@ -1,7 +1,5 @@
 """Learning a base model, from a plain simulator or from logs, with what a person wants to know of the result."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace

@@ -1,7 +1,5 @@
 """Robots that equations can be fitted to from logs alone: the registered ones, and any quadrotor or car."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path

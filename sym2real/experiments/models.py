@@ -1,7 +1,5 @@
 """A model by what a user calls it: a folder, or a robot's name, whose base is learned once and cached."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

@@ -3,8 +3,6 @@
 A noisy plant has the noise of an episode's seed: the same seed flies the same way.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Manoeuvres that have not been flown or driven yet, in the plain simulator, and the noise that a robot would have."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from math import inf

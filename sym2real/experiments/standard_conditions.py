@@ -3,8 +3,6 @@
 Disturbances are Ornstein–Uhlenbeck processes; those of the standard set are in ``tools/bench/standard_trim.py``.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

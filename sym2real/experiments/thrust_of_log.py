@@ -1,7 +1,5 @@
 """Thrust per unit of motor command as a log shows it, with the time step and the motors' unit that it has."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

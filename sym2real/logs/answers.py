@@ -1,7 +1,5 @@
 """How late a robot answers a command, and whether it goes the other way."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from sym2real.logs.draft import Draft

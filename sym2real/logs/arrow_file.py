@@ -3,8 +3,6 @@
 A Parquet file without its footer is unreadable; a stream that a killed process leaves behind is not.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Which standard column each column of a log may be, by their names together."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace

@@ -1,7 +1,5 @@
 """An attitude read from a log in one of the ways that it may be meant."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from sym2real.logs import derive

@@ -5,8 +5,6 @@ which the car moves is 1 where they turn together, whatever lies between them an
 where one turns against the other, or by another amount. On a straight line it is 1 for any heading.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 

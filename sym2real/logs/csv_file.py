@@ -1,7 +1,5 @@
 """Strict reading of CSV files, and writing that keeps every bit of a float64."""
 
-from __future__ import annotations
-
 import csv
 from collections.abc import Mapping, Sequence
 from pathlib import Path

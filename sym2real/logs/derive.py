@@ -8,8 +8,6 @@ A rate that a model predicts is smoothed over one of the model's steps to either
 command that is spread over more looks like a lag of the robot, while equations and diagnoses are fitted under noise.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import torch
 from numpy.typing import NDArray

@@ -1,7 +1,5 @@
 """Columns that a log lacks and that its others say: angles that count on, velocities, rates."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

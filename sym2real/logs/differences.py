@@ -4,8 +4,6 @@ They are half a row late. Equations take that for slowness, a diagnosis for a de
 at the row is less noisy and on time.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """A proposal in the making: the logs, what has been found out so far, and the evidence for it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 from typing import Literal
 

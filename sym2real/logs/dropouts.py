@@ -1,7 +1,5 @@
 """Rows in which a sensor or a link gave nothing: they are left out, and it is said how many and where."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

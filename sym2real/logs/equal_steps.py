@@ -1,7 +1,5 @@
 """Logs from arrays as the reader makes them of files: cut at gaps, and at equal steps."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any

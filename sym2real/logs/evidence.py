@@ -5,8 +5,6 @@ over the log: slopes and delays need rows in a row, and one stretch alone may be
 evidence is one array, stretch behind stretch; each stretch has its own mean.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 

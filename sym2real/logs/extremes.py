@@ -5,8 +5,6 @@ cut off, while a free one keeps a value no longer than its source does: a comman
 each for two. A stay is therefore a run of equal rows more than twice as long as the series' usual one.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

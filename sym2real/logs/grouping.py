@@ -1,7 +1,5 @@
 """Which group of a model, state, action or inputs, a standard column lands in: the model's layouts decide."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """Evidence on the attitude: component order, direction, degrees, frames."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import product
 from math import pi

@@ -1,7 +1,5 @@
 """Evidence on any column: constant, a copy of another, held between updates, at its limits; and what is not known."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from sym2real.logs.assignment import speaks_of_joints

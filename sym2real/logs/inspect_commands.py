@@ -1,7 +1,5 @@
 """Evidence on commands: what thrust and motors are counted in, how late the robot answers, reversed signs."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from sym2real.logs.answers import LONGEST_PULSE, answer_to, are_pulses, turning

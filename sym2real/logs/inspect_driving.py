@@ -1,7 +1,5 @@
 """Evidence on a car's commands: what steering and speed are counted in, by how its path turns and how fast it goes."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from sym2real.logs.answers import answer_to, are_pulses, turning

@@ -1,7 +1,5 @@
 """Evidence on a heading that stands alone: unit, sign and zero, by the way the car moves where that tells."""
 
-from __future__ import annotations
-
 from itertools import product
 from math import isnan, pi
 

@@ -1,7 +1,5 @@
 """Evidence on a model's own columns, those of joints and actuators: units, signs, rates that the log has not."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from itertools import product
 from math import log

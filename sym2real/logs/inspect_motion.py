@@ -1,7 +1,5 @@
 """Evidence on positions, velocities and rates: units, axes, signs, by the slopes of one that another is."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from sym2real.logs import derive

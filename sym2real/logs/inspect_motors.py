@@ -1,7 +1,5 @@
 """Evidence on the order of a quadrotor's motors: which of them turns the body which way."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Evidence on stamps: their unit, the step, jitter, gaps, first intervals that are not like the others."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from sym2real.logs.draft import Draft

@@ -5,8 +5,6 @@ order by the vertical, signs by correlation. A sign that looks reversed stays as
 a commented line with its evidence.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path

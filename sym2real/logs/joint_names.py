@@ -1,7 +1,5 @@
 """Which column of a log is which of a model's own, such as a joint's coordinate, rate and torque, by their names."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace

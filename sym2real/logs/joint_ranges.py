@@ -1,7 +1,5 @@
 """Evidence by where a model's joints end: the units that keep a coordinate within, and counts of an encoder."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from math import pi
 

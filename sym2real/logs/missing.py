@@ -1,7 +1,5 @@
 """What a log lacks for a model: every column at once, with its unit, and what may be done about it."""
 
-from __future__ import annotations
-
 import difflib
 import shlex
 from collections.abc import Collection, Iterable

@@ -14,8 +14,6 @@ A correlation has no gain that could be fitted to it. It is taken second by seco
 one order has before another is held against its scatter from second to second. Motors that move all alike say nothing.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import permutations, product

@@ -1,7 +1,5 @@
 """The words of a column's name, and the unit that stands among them."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

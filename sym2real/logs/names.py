@@ -1,7 +1,5 @@
 """What a column may be, judged by its name alone: the words that people, ROS, PX4, cflib and MoCap systems use."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal

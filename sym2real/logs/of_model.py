@@ -1,7 +1,5 @@
 """Columns that are a model's own, such as those of a robot's joints: a specification names them like standard ones."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from sym2real.errors import DataError, UnknownNameError

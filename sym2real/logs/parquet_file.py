@@ -1,7 +1,5 @@
 """Reading and writing of Parquet files; ours say in their metadata which group a column belongs to."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What a log specification is made of: sources of columns, the time base, attitudes."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 

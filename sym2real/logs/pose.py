@@ -1,7 +1,5 @@
 """Where a body is and how it is turned, from whatever columns of a state say so."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

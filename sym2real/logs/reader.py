@@ -1,7 +1,5 @@
 """Trajectories from files: a table is read, its columns named, brought to the model's step, sorted into its groups."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from itertools import chain, pairwise
 from pathlib import Path

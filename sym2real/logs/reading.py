@@ -4,8 +4,6 @@ Whatever a log holds twice, measured and as the slope or the cause of something 
 two tells the unit, their correlation the sign.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np

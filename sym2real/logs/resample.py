@@ -1,7 +1,5 @@
 """Rows at equal steps from rows at the stamps they were measured at."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -5,8 +5,6 @@ they are put together by these, like the topics of a recording; else row by row.
 states: nothing was sent after the last state, where the last command stands on.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 from pathlib import Path

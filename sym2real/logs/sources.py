@@ -1,7 +1,5 @@
 """Which column of a log each standard column was read from, so that advice can name what a user wrote."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 

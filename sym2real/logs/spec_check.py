@@ -1,7 +1,5 @@
 """Checks the values of a TOML log specification; every error names the file, the key and the nearest valid one."""
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Mapping
 from math import inf

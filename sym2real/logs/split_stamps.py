@@ -1,7 +1,5 @@
 """Stamps that a file holds in two columns, as ROS' messages do: whole seconds, and the nanoseconds since."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 

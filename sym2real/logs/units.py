@@ -1,7 +1,5 @@
 """Units that logs are written in, and their factor to the SI unit that the package works in."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from math import log, pi
 

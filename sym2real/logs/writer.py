@@ -1,7 +1,5 @@
 """Trajectories to files, without loss: every float64 reads back as it was."""
 
-from __future__ import annotations
-
 import json
 from collections import Counter
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """What an adaptation has led to: a table for the terminal, and the errors of every round as a figure."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

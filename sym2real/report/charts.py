@@ -1,7 +1,5 @@
 """What a chart shows, for pages and files alike: its lines with their numbers, and what to read in them."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal

@@ -1,7 +1,5 @@
 """A diagnosis, or the test of one effect, for the terminal."""
 
-from __future__ import annotations
-
 import shlex
 from collections.abc import Collection, Sequence
 

@@ -1,7 +1,5 @@
 """The catalogue of effects, and the page of one."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """An experiment's table for the terminal, and its figure in the paper's layout: one panel a case."""
 
-from __future__ import annotations
-
 import textwrap
 from collections.abc import Sequence
 

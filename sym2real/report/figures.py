@@ -1,7 +1,5 @@
 """Figures as files: measured against predicted, error over the horizon, the path that was flown or driven."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import cycle

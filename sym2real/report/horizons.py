@@ -1,7 +1,5 @@
 """Errors over the horizon as charts, for pages and files: of a model on its logs, and of a ladder."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 

@@ -1,7 +1,5 @@
 """What a log seems to hold, as a table."""
 
-from __future__ import annotations
-
 from itertools import groupby
 
 from rich.markup import escape

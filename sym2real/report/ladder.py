@@ -1,7 +1,5 @@
 """The error ladder for the terminal: the base, then one effect after the other, down to noise and disturbances."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from itertools import pairwise

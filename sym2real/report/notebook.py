@@ -1,7 +1,5 @@
 """What a notebook shows of an answer: the terminal's tables as HTML, and its figure."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from io import BytesIO, StringIO
 

@@ -1,7 +1,5 @@
 """What a manoeuvre would show, for the terminal."""
 
-from __future__ import annotations
-
 from rich.console import Group, RenderableType
 from rich.markup import escape
 

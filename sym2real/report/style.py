@@ -1,7 +1,5 @@
 """One style for all figures as files: colours that every eye tells apart (Okabe and Ito), dashes, legends below."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any

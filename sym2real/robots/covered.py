@@ -1,7 +1,5 @@
 """Which compiled MJCF have first-principles equations here: what stands against it, in words."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import mujoco

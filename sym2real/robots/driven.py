@@ -1,7 +1,5 @@
 """What brakes and drives the joints of a compiled MJCF, by its dampers and actuators."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import mujoco

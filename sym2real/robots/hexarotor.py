@@ -1,7 +1,5 @@
 """Hexarotor of 1.5 kg whose six motors are commanded, each from 0 to 1; no loop flies it but the controller's."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from sym2real.robots.from_mjcf import WEIGHTS, from_mjcf

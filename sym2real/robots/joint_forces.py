@@ -1,7 +1,5 @@
 """What acts along the joints of a robot from an MJCF: actuators, springs, dampers, dry friction, and what comes in."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

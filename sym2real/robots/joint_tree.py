@@ -1,7 +1,5 @@
 """The tree of joints of a compiled MJCF: each with its frame, its numbers, and the inertia that moves with it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Any
 

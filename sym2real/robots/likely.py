@@ -3,8 +3,6 @@
 Only what is too large is told: SI units are the largest that people measure small robots in.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

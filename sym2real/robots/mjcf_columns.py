@@ -4,8 +4,6 @@ A hinge or slide ``j`` gives the state columns ``j`` and ``j_rate`` and the inpu
 in N m along it; a free joint gives position, attitude, velocity and body rates, and as inputs the wrench.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any

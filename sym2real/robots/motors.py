@@ -8,8 +8,6 @@ By default four, with positions, directions and numbers as in the Crazyflie firm
     motor3 (back left)  y ←     motor2 (back right)
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

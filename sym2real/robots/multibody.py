@@ -13,8 +13,6 @@ Effects bind to these quantities: ``gravity_x``, ``gravity_y``, ``gravity_z`` (m
 ``load_S`` (kg, a point mass at site S).
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import mujoco

@@ -13,8 +13,6 @@ Discrete time: mean speed over the step, heading turned by the exact angle, posi
 that a steady turn stays on its circle. Velocity across the heading is zero after a step: the tyres hold.
 """
 
-from __future__ import annotations
-
 import math
 
 from sympy import Expr, cos, sin, tan

@@ -8,8 +8,6 @@ Discrete time: mean rates over the step and over its first half (exponential res
 turned by the mean rate, thrust along the axis at mid-step, p += v dt + ½ a dt², v += a dt. Local error: third order.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field

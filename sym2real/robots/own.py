@@ -1,7 +1,5 @@
 """Robots of a user's own, which no registry knows: what their equations carry, and the robot that this makes again."""
 
-from __future__ import annotations
-
 from functools import cache
 from pathlib import Path
 from typing import Protocol

@@ -1,7 +1,5 @@
 """Whether logs lie where a robot's joints can be."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from sym2real.dataset import Dataset

@@ -1,7 +1,5 @@
 """How a robot's model is learned in its plain simulator, and by what it is judged."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal

@@ -4,8 +4,6 @@ Increments are series in the half angle h = ‖θ‖/2; the terms left out are
 h⁵/120, below 1e-7 for 0.1 rad a step.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 

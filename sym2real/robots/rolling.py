@@ -15,8 +15,6 @@ as of :mod:`sym2real.robots.multibody`, to ``J_per_speed`` (rad/m) and ``J_lever
 with a width), and to the pushes.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial

@@ -3,8 +3,6 @@
 A servo of the rate may brake within a fraction of a period; a step that is long beside that swings up.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

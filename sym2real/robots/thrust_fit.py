@@ -1,7 +1,5 @@
 """Thrust per unit of command, from the first seconds of a log."""
 
-from __future__ import annotations
-
 import numpy as np
 import torch
 

@@ -6,8 +6,6 @@ as exact as that. The polynomials interpolate in Chebyshev points, within a few 
 Source: L. N. Trefethen, "Approximation Theory and Approximation Practice", SIAM 2013, ch. 2 and 16.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import lru_cache
 from importlib import resources

@@ -1,7 +1,5 @@
 """Equations → C text of a whole rollout of many samples, each with parameters of its own."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from string import Template
 

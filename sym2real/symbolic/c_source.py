@@ -5,8 +5,6 @@ products into sums. ``sym2real/native/*.h`` says what ``v``, ``select`` or ``sin
 alone in C: columns become ``x_<name>``.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Collection, Mapping
 from functools import lru_cache

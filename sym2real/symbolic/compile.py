@@ -1,7 +1,5 @@
 """Equations → torch module: generated source, scripted by TorchScript, rolled out over a horizon in one call."""
 
-from __future__ import annotations
-
 import hashlib
 import linecache
 import sys

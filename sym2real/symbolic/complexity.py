@@ -4,8 +4,6 @@
 coefficient is one constant.
 """
 
-from __future__ import annotations
-
 import sympy
 from sympy import Expr
 

@@ -1,7 +1,5 @@
 """Dry (Coulomb) friction as an expression that holds what stands."""
 
-from __future__ import annotations
-
 from sympy import Expr, Integer, Max, Min, sqrt
 
 USUAL_DECELERATION = 0.3  # m/s², rad/s²: what dry friction takes of a rate, about

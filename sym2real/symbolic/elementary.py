@@ -1,7 +1,5 @@
 """Functions that equations may use: what each is in SymPy, in Python and in C. A new one is a line here."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Equations as files for other programs."""
 
-from __future__ import annotations
-
 import io
 import json
 from collections.abc import Callable

@@ -4,8 +4,6 @@ SymPy multiplies a number into a sum (``2*(x + y)`` becomes ``2*x + 2*y``), whic
 factoring. :func:`product` keeps such products as they are; :func:`exchange` and the parser use it.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 

@@ -4,8 +4,6 @@ A value is a pair (number, node): the number factored out of a product goes wher
 coefficient of a sum. :data:`UNIT` is the node of the number 1, so a constant is (value, UNIT).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection, Iterable, Sequence
 from typing import Any
 

@@ -5,8 +5,6 @@ At each step one factor that stands in most terms (or one number that is the coe
 M. Ceberio, V. Kreinovich: "Greedy algorithms for optimizing multivariate Horner schemes" (2004).
 """
 
-from __future__ import annotations
-
 from collections import Counter
 
 import sympy

@@ -1,7 +1,5 @@
 """What a program that opens an exported model must know beside it: its columns, and what of it acts outside a step."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from sym2real.layout import Layout, Layouts

@@ -1,7 +1,5 @@
 """Numbers of equations as parameters, so that a fit may move them."""
 
-from __future__ import annotations
-
 from collections.abc import Collection
 from dataclasses import replace
 from itertools import count

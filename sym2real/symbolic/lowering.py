@@ -1,7 +1,5 @@
 """SymPy expressions → graph: every function that equations may use, and a refusal by name for all others."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 

@@ -1,7 +1,5 @@
 """Equations whose mass nobody gave: forces, torques and masses count per kilogram of the robot, and so do units."""
 
-from __future__ import annotations
-
 # The note of such equations.
 PER_KILOGRAM = "no mass was given: forces, drag and masses are per kilogram of the robot"
 

@@ -4,8 +4,6 @@ A model is compiled to C once it has been rolled out over :data:`MANY` steps, wh
 compiler takes; until then, and wherever there is no compiler, torch computes the same.
 """
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Iterator
 from contextlib import contextmanager

@@ -1,7 +1,5 @@
 """Rollouts by compiled C: torch tensors in and out."""
 
-from __future__ import annotations
-
 import ctypes
 
 import torch

@@ -1,7 +1,5 @@
 """What a robot was made from, as data: equations and simulators that have it need no registered robot."""
 
-from __future__ import annotations
-
 import msgspec
 
 

@@ -4,8 +4,6 @@ Grammar: numbers, names, ``+ - * / **``, the functions of :data:`FUNCTIONS`, ``p
 ``&``/``|``/``~`` (or ``and``/``or``/``not``) and ``Piecewise((value, condition), …, (value, True))``.
 """
 
-from __future__ import annotations
-
 import ast
 import math
 from collections.abc import Callable, Collection

@@ -1,7 +1,5 @@
 """Equations of one time step, gone through again and again until the next row of a log that is slower than they are."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache

@@ -1,7 +1,5 @@
 """What equations predict, as their methods: one step, a log, and how well."""
 
-from __future__ import annotations
-
 from typing import TypeVar
 
 import numpy as np

@@ -5,8 +5,6 @@ values with smaller numbers only, so a printer of any language goes through them
 instructions compute the same value.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,7 +1,5 @@
 """Quaternions of unit length as expressions: w x y z, from the body's axes to the world's."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from sympy import Expr

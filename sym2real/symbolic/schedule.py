@@ -1,7 +1,5 @@
 """Graph of sums and products → straight-line program: every node computed once, depth first."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Sequence
 from typing import Any

@@ -4,8 +4,6 @@ SymPy's own ``free_symbols``, ``atoms``, ``has`` and ``xreplace`` follow every p
 is put into a velocity and a position, whose numbers are put into further pushes, has exponentially many paths.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping
 from typing import TypeVar
 

@@ -4,8 +4,6 @@ Columns are laid out one after the other (features first), so that every operati
 What depends on parameters alone is computed once, in ``hoist``, before the horizon loop.
 """
 
-from __future__ import annotations
-
 import math
 import textwrap
 from collections.abc import Mapping, Sequence

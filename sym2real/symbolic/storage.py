@@ -4,8 +4,6 @@ All files are written beside their places and then moved there, so a failure lea
 weights carry the hash of the equations they belong to: a folder mixed from two models is refused.
 """
 
-from __future__ import annotations
-
 import hashlib
 import io
 from collections.abc import Iterable, Mapping

@@ -5,8 +5,6 @@ torch's dispatch is what costs, so fewer operations are faster. All other consta
 measured, a Python number as an operand makes an addition 2.5 times as slow.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterable
 from functools import cached_property
 

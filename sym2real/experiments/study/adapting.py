@@ -1,7 +1,5 @@
 """One contestant adapts to one case with one seed: ten rounds, each of whose models is judged in the same episodes."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from dataclasses import dataclass

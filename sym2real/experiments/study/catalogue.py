@@ -1,7 +1,5 @@
 """The experiments of the paper by name: what each shows, its jobs, and what they come to."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial

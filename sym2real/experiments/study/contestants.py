@@ -1,7 +1,5 @@
 """Who adapts: a frozen base, what is learned on top of it, and whether effects go into the base first."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Literal

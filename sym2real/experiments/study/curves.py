@@ -1,7 +1,5 @@
 """Errors over the rounds of an adaptation, by seed and evaluation episode, and how two of them compare."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -3,8 +3,6 @@
 What a perfect model would reach, the reference, is MPPI whose model is the target's MuJoCo itself.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import NamedTuple

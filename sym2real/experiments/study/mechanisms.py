@@ -3,8 +3,6 @@
 A mechanism is a function of the robot, a generator of random numbers and its own numbers, and gives a change.
 """
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Callable, Mapping
 from typing import Any

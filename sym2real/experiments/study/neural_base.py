@@ -1,7 +1,5 @@
 """Neural bases: an ensemble from flights in the plain simulator, and one from scratch, trajectory by trajectory."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Equations fitted straight to noisy logs of a target: which dependences get lost, thrust in vz′ above all."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

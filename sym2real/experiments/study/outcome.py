@@ -1,7 +1,5 @@
 """What an experiment comes to: a table and the panels of a figure, beside what the paper says."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any

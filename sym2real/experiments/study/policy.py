@@ -4,8 +4,6 @@ The policy sees the measured state alone, so it hovers at one point. Reward: 1 -
 air is worth something. The paper: a policy from the plain simulation did not transfer, MPC let the drone hover safely.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any

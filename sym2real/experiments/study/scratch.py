@@ -4,8 +4,6 @@ Equations are learned by Stage I itself, without a single scripted flight; netwo
 ensemble. After every trajectory the model is judged on the tasks of training in the plain simulator.
 """
 
-from __future__ import annotations
-
 import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """A suite of cases as jobs, and its answers as a table and a figure in the paper's layout."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 
 import numpy as np

@@ -5,8 +5,6 @@ jobs run in processes of joblib; with the address of a dask scheduler its worker
 begun is begun anew by another. What jobs say of themselves while they run stands in ``running/NAME.txt``.
 """
 
-from __future__ import annotations
-
 import json
 import time
 from collections.abc import Callable, Iterator, Sequence

@@ -1,7 +1,5 @@
 """A base that has seen one goal, or a narrow range of starts, where it has never been (the paper's zero-shot table)."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -4,8 +4,6 @@ A file that this package wrote (:mod:`sym2real.logs.recordings.mcap_writer`) say
 their own names, and every number reads back as it was.
 """
 
-from __future__ import annotations
-
 import json
 from collections import defaultdict
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """Messages of one topic as columns: stamps and numbers gathered one by one, arrays at the end."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

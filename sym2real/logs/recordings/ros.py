@@ -4,8 +4,6 @@ A message counts at the stamp of its header, the sensor's clock, where it has on
 to within :data:`CLOCKS_AGREE`; else at the time at which it was recorded.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from operator import attrgetter
 from pathlib import Path

@@ -1,7 +1,5 @@
 """PX4's ULog: every logged message is a topic, ``vehicle_attitude``; of several instances ``vehicle_attitude_1``."""
 
-from __future__ import annotations
-
 import sys
 from contextlib import redirect_stdout
 from pathlib import Path

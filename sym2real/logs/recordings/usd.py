@@ -6,8 +6,6 @@ events: number (uint16), stamp (uint32 in ms in version 1, uint64 in µs in vers
 Source: Bitcraze, documentation of the micro SD card deck.
 """
 
-from __future__ import annotations
-
 import re
 import struct
 from collections.abc import Mapping

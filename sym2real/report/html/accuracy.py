@@ -1,7 +1,5 @@
 """How good is the model? Errors over the horizon beside what the sensors' noise makes, "hold" and the mean."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from sym2real.diagnosis import Comparison

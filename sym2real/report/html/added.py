@@ -1,7 +1,5 @@
 """What happens when it is added? The ladder on held-out logs as a table, and measured against predicted."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Numbers for the page's script: 16 bits each, the differences of neighbours compressed, as text."""
 
-from __future__ import annotations
-
 import base64
 import zlib
 from typing import Any

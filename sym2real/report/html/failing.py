@@ -1,7 +1,5 @@
 """Where does it fail? The path coloured by error beyond noise, errors over time and features, the worst seconds."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import pairwise
 

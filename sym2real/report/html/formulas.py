@@ -1,7 +1,5 @@
 """Equations before and after, with what the findings bring marked."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping, Sequence
 
 from markupsafe import Markup

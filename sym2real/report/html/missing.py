@@ -1,7 +1,5 @@
 """What is missing? Every effect with its probability, values and intervals, what replaces it, what decides."""
 
-from __future__ import annotations
-
 from sym2real.diagnosis import Diagnosis, Finding
 from sym2real.effects import effect
 from sym2real.report.diagnosis import known_of

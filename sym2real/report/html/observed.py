@@ -1,7 +1,5 @@
 """What every combination of switches predicts of the logs: errors over the horizon and of every window, and curves."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

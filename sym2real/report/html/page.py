@@ -1,7 +1,5 @@
 """A page as data: sections of parts."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """The pages of a comparison, of a diagnosis and of an adaptation."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Errors against what a person would say of a moment (how fast, how high), with intervals, for every combination."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

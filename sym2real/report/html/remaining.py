@@ -1,7 +1,5 @@
 """What remains? What no effect explains, what was not tested, and remarks on data and method."""
 
-from __future__ import annotations
-
 import math
 
 from sym2real.diagnosis import Comparison, Diagnosis

@@ -4,8 +4,6 @@ Text comes from files that people name and write, so it is escaped: by the templ
 the JSON of the page's script. The page's own policy lets it run its own two scripts and load nothing.
 """
 
-from __future__ import annotations
-
 import base64
 import hashlib
 import json

@@ -1,7 +1,5 @@
 """Remarks that other rooms write in lower case, as sentences."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 

@@ -1,7 +1,5 @@
 """States as people read them in a chart: angles instead of quaternions and points on a circle."""
 
-from __future__ import annotations
-
 import numpy as np
 import torch
 

@@ -3,8 +3,6 @@
 Findings of a diagnosis that are on have the values of their joint estimate.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

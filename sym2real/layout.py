@@ -19,15 +19,7 @@ from torch import Tensor
 from sym2real import rotation
 from sym2real.errors import ShapeError, UnknownNameError
 from sym2real.field import Field, Group, Kind, read_fields
-from sym2real.vocabulary import (
-    MOTOR_COLUMNS,
-    POSITION,
-    RATE,
-    VOCABULARY,
-    is_push,
-    known_field,
-    rate_column,
-)
+from sym2real.vocabulary import MOTOR_COLUMNS, POSITION, RATE, VOCABULARY, is_push, known_field, rate_column
 
 
 def motors_of(action: Layout) -> tuple[str, ...]:

@@ -3,18 +3,7 @@
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from sym2real.effects.manoeuvres import (
-    always,
-    calm_rates,
-    no_motor_torques,
-    one_circle,
-    one_direction,
-    one_speed,
-    steady_thrust,
-    steady_thrust_alone,
-    steady_yaw,
-    tyres_hold,
-)
+from sym2real.effects import manoeuvres
 from sym2real.trajectory import Trajectory
 
 
@@ -51,29 +40,29 @@ class Member:
     on: str = ""
 
 
-ONE_STRENGTH = Alike("no motor's torque is predicted", no_motor_torques)
-ONE_THRUST = Alike("thrust stays near one value", steady_thrust_alone)
-ONE_TORQUE = Alike("always", always)
+ONE_STRENGTH = Alike("no motor's torque is predicted", manoeuvres.no_motor_torques)
+ONE_THRUST = Alike("thrust stays near one value", manoeuvres.steady_thrust_alone)
+ONE_TORQUE = Alike("always", manoeuvres.always)
 ONE_TORQUE_AT_ONE_THRUST = Alike("thrust hardly varies")
 ONE_TURN = Alike("speed is low")
-ONE_PULL = Alike("a loop controls the speed, in one direction", one_direction)
-ONE_LEAN = Alike("yaw stays", steady_yaw, one_of=True)
-ONE_FORCE = Alike("always", always)
-ONE_HEADING = Alike("the car drives one circle", one_circle)
-ONE_LAG = Alike("the rate commands carry no dither", calm_rates)
+ONE_PULL = Alike("a loop controls the speed, in one direction", manoeuvres.one_direction)
+ONE_LEAN = Alike("yaw stays", manoeuvres.steady_yaw, one_of=True)
+ONE_FORCE = Alike("always", manoeuvres.always)
+ONE_HEADING = Alike("the car drives one circle", manoeuvres.one_circle)
+ONE_LAG = Alike("the rate commands carry no dither", manoeuvres.calm_rates)
 ONE_DELAY = Alike("only that command is excited")
-ONE_BRAKE = Alike("the tyres hold", tyres_hold)
+ONE_BRAKE = Alike("the tyres hold", manoeuvres.tyres_hold)
 # The law that holds at the speeds of small robots is named (rotors in inflow, G. Hoffmann et al., AIAA 2007-6461), and
 # the mass, because near one thrust every thrust map is a gain; a steering gain, a lever arm and a lag of the steering,
 # because at one speed tyres turn the car by one part less, move it by one arm, and are late by one time.
-ONE_DRAG = Alike("speed stays near one value", one_speed, one_of=True, counts=False)
-ONE_MAP = Alike("thrust stays near one value", steady_thrust_alone, one_of=True, counts=False)
+ONE_DRAG = Alike("speed stays near one value", manoeuvres.one_speed, one_of=True, counts=False)
+ONE_MAP = Alike("thrust stays near one value", manoeuvres.steady_thrust_alone, one_of=True, counts=False)
 # Where motors turn the body as well, their torques tell what scales them from what does not.
-ONE_LIFT = Alike("thrust stays near one value", steady_thrust, one_of=True, counts=False)
-ONE_ROTOR = Alike("thrust stays near one value", steady_thrust, one_of=True, counts=False)
-ONE_STEERING = Alike("speed stays near one value", one_speed, one_of=True, counts=False)
-ONE_ARM = Alike("speed stays near one value", one_speed, one_of=True, counts=False)
-ONE_WAY_TO_TURN = Alike("speed stays near one value", one_speed, one_of=True, counts=False)
+ONE_LIFT = Alike("thrust stays near one value", manoeuvres.steady_thrust, one_of=True, counts=False)
+ONE_ROTOR = Alike("thrust stays near one value", manoeuvres.steady_thrust, one_of=True, counts=False)
+ONE_STEERING = Alike("speed stays near one value", manoeuvres.one_speed, one_of=True, counts=False)
+ONE_ARM = Alike("speed stays near one value", manoeuvres.one_speed, one_of=True, counts=False)
+ONE_WAY_TO_TURN = Alike("speed stays near one value", manoeuvres.one_speed, one_of=True, counts=False)
 ALL = (
     *(ONE_STRENGTH, ONE_THRUST, ONE_TORQUE, ONE_TORQUE_AT_ONE_THRUST, ONE_TURN, ONE_PULL, ONE_LEAN, ONE_FORCE),
     *(ONE_HEADING, ONE_LAG, ONE_DELAY, ONE_BRAKE, ONE_DRAG, ONE_MAP, ONE_LIFT, ONE_ROTOR),

@@ -15,7 +15,7 @@ from sym2real.robots.description import Description
 from sym2real.robots.recipe import Recipe
 from sym2real.robots.robot import GRAVITY, Limits, MPPISettings, Robot
 from sym2real.trajectory import Array
-from sym2real.vocabulary import WRENCH
+from sym2real.vocabulary import RATE, RATE_COMMAND, THRUST_COLUMN, VELOCITY, WRENCH
 
 if TYPE_CHECKING:
     from sym2real.symbolic import Equations
@@ -68,14 +68,7 @@ CRAZYFLIE = Robot(
             np.array([0.5 * HOVER, *(-limit for limit in RATE_LIMITS)]),
             np.array([1.5 * HOVER, *RATE_LIMITS]),
         ),
-        push={
-            "fx": 0.3 * HOVER,
-            "fy": 0.3 * HOVER,
-            "fz": 0.3 * HOVER,
-            "tx": _TORQUES[0],
-            "ty": _TORQUES[1],
-            "tz": _TORQUES[2],
-        },
+        push=dict(zip(WRENCH, (*[0.3 * HOVER] * 3, *_TORQUES), strict=True)),
         state={"velocity": 15.0, "rate": 2.0 * max(RATE_LIMITS)},  # m/s: a fall of a second and a half; rad/s
         workspace=1.5,  # m: the paper authors' flight space, |x|, |y| <= 1.5 m
     ),
@@ -96,23 +89,15 @@ CRAZYFLIE = Robot(
         most_episodes=10,  # the most that the paper's bases took
         dither=(0.005, 0.15, 0.15, 0.15),
         dependencies=(
-            ("vx", "thrust"),
-            ("vy", "thrust"),
-            ("vz", "thrust"),
-            ("wx", "wx_cmd"),
-            ("wy", "wy_cmd"),
-            ("wz", "wz_cmd"),
+            *((velocity, THRUST_COLUMN) for velocity in VELOCITY.columns),
+            *zip(RATE.columns, RATE_COMMAND.columns, strict=True),
         ),
         cost_weights={"position": 1.0, "orientation": 0.4, "velocity": 0.05, "rate": 0.01},
     ),
     numbers={
         "mass": MASS,
-        "jx": INERTIA[0],
-        "jy": INERTIA[1],
-        "jz": INERTIA[2],
-        "kx": RATE_GAINS[0],
-        "ky": RATE_GAINS[1],
-        "kz": RATE_GAINS[2],
+        **dict(zip(("jx", "jy", "jz"), INERTIA, strict=True)),
+        **dict(zip(("kx", "ky", "kz"), RATE_GAINS, strict=True)),
         "arm": ARM,
         "torque_per_thrust": TORQUE_PER_THRUST,
         "rotor_thrust": ROTOR_THRUST,

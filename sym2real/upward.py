@@ -8,23 +8,16 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import Any
 
-OWNERS = {
-    "predict": "sym2real.diagnosis.errors.simulating",
-    "simulate": "sym2real.diagnosis.errors.simulating",
-    "score": "sym2real.diagnosis.errors.simulating",
-    "log_of_frame": "sym2real.logs.frames",
-    "frame_of_log": "sym2real.logs.frames",
-    "log_plot": "sym2real.report.notebook",
-    "adaptation_plot": "sym2real.report.notebook",
-    "comparison_plot": "sym2real.report.notebook",
-    "ladder_plot": "sym2real.report.notebook",
-    "write_diagnosis_page": "sym2real.report.html.pages",
-    "comparison_html": "sym2real.report.notebook",
-    "diagnosis_html": "sym2real.report.notebook",
-    "diagnosis_text": "sym2real.report.notebook",
-    "tried_html": "sym2real.report.notebook",
-    "plan_html": "sym2real.report.notebook",
+_OF = {
+    "sym2real.diagnosis.errors.simulating": ("predict", "simulate", "score"),
+    "sym2real.logs.frames": ("log_of_frame", "frame_of_log"),
+    "sym2real.report.html.pages": ("write_diagnosis_page",),
+    "sym2real.report.notebook": (
+        *("log_plot", "adaptation_plot", "comparison_plot", "ladder_plot"),
+        *("comparison_html", "diagnosis_html", "diagnosis_text", "tried_html", "plan_html"),
+    ),
 }
+OWNERS = {name: module for module, names in _OF.items() for name in names}
 
 
 def upward(name: str) -> Callable[..., Any]:

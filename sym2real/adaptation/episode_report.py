@@ -1,7 +1,5 @@
 """What an episode showed: how well it was flown, and, in Stage I, predicted, and whether that still gets better."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

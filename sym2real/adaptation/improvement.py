@@ -5,8 +5,6 @@ cut into consecutive pieces longer than a window, and the interval is that of th
 H. R. Künsch, "The jackknife and the bootstrap for general stationary observations", Annals of Statistics 17, 1989.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -5,8 +5,6 @@ recorded states. Rollouts in which the base does no better do not count: they ar
 Nor do a few: what is not finite has no weight in MPPI.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """How far a model's predictions are from logs: one step ahead, and at the end of a horizon."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What the loops tell while they run."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

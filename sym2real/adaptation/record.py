@@ -1,7 +1,5 @@
 """What a loop leaves behind as it goes, so that an interrupted run continues where it stopped."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from dataclasses import dataclass

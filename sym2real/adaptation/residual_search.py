@@ -1,7 +1,5 @@
 """Beam search as residual learner: the paper's SR*+SR and NN*+SR."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 

@@ -1,7 +1,5 @@
 """What a round of adaptation showed: how well its model flew and predicted a log that it was not trained on."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass

@@ -4,8 +4,6 @@
 are scored: an interrupted run continues behind the last of them.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass

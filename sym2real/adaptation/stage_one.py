@@ -7,8 +7,6 @@ The wrench inputs are learned at the end, from as many episodes again with known
 disturbances (docs/architecture.md, "An episode of Stage I").
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass

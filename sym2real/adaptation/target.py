@@ -1,7 +1,5 @@
 """Where the logs of an adaptation come from: episodes in a plant, or recordings in the order of their making."""
 
-from __future__ import annotations
-
 import hashlib
 import math
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """The model of a round: the base, informed or as it is, with what a learner makes of all logs so far."""
 
-from __future__ import annotations
-
 import hashlib
 import time
 from collections.abc import Callable, Sequence

@@ -1,7 +1,5 @@
 """Which way MPPI computes: one fused kernel where that is possible, torch everywhere."""
 
-from __future__ import annotations
-
 import inspect
 import logging
 from collections.abc import Callable

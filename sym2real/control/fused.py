@@ -1,7 +1,5 @@
 """The fused step of MPPI on a processor: compiled text and its buffers."""
 
-from __future__ import annotations
-
 import ctypes
 
 import torch

@@ -1,7 +1,5 @@
 """What a compiled step of MPPI is given: the C structure, its constant numbers, and checks of the tensors of a call."""
 
-from __future__ import annotations
-
 import ctypes
 import math
 from collections.abc import Mapping

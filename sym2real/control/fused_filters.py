@@ -5,8 +5,6 @@ before lies in ``p->memory``, filter after filter; before anything was sent, a s
 having been held for ever.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass

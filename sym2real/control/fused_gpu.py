@@ -1,7 +1,5 @@
 """The fused step on a GPU: one kernel for all rollouts, then torch's soft-max and one product."""
 
-from __future__ import annotations
-
 import ctypes
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """C text of a rollout over the horizon: the printed part of a fused step."""
 
-from __future__ import annotations
-
 from string import Template
 
 from sym2real.control.fused_problem import Fused

@@ -1,7 +1,5 @@
 """What a fused step of MPPI computes."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from sympy import Expr

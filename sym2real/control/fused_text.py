@@ -4,8 +4,6 @@ The file ``sym2real/native/plan.h`` says what happens around a rollout; printed 
 this cost.
 """
 
-from __future__ import annotations
-
 from sym2real.control.fused_horizon import SINGLE, horizon_text
 from sym2real.control.fused_problem import Fused
 from sym2real.control.fused_residual import residual_text

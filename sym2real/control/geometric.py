@@ -1,7 +1,5 @@
 """The geometric controller of a robot, which knows a mass or a wheelbase and no model, with or without disturbance."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

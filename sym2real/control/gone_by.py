@@ -1,7 +1,5 @@
 """What MPPI keeps of the rows gone by: for command filters, hidden states, and a model that sees the past."""
 
-from __future__ import annotations
-
 import numpy as np
 import torch
 from numpy.typing import ArrayLike

@@ -7,8 +7,6 @@ They go on beneath the measured states, one step of the equations for every comm
 Plain torch, no TorchScript: that takes its time for the first calls, which happen in flight.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np

@@ -4,8 +4,6 @@ At the robot's start and its action at rest, Δx' = A Δx + B Δu in the state's
 equation, and u = u_rest - K (x ⊖ x_ref). It holds a pole upright, an arm at its posture, a rotorcraft in hover.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

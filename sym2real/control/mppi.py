@@ -11,8 +11,6 @@ Sources: G. Williams et al., "Information theoretic MPC for model-based reinforc
 the paper's section "Preliminary".
 """
 
-from __future__ import annotations
-
 import logging
 import time
 from collections.abc import Callable

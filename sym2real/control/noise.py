@@ -7,8 +7,6 @@
 B makes the noise smooth over the horizon; its rows have length one, so that every step has the standard deviations σ.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import torch
 from numpy.typing import ArrayLike

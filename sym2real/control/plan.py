@@ -1,7 +1,5 @@
 """What MPPI saw at one step, and how plans move on."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import torch

@@ -1,7 +1,5 @@
 """What MPPI computes per sample and step, as one straight-line program: next state on the manifold, and its cost."""
 
-from __future__ import annotations
-
 from sympy import Expr
 
 from sym2real.robots.robot import Robot

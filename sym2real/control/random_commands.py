@@ -1,7 +1,5 @@
 """Random commands: the first episode of Stage I, flown before there is any model."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

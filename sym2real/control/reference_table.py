@@ -1,7 +1,5 @@
 """References of a task ahead of time, a block of steps at once: looking one up costs nothing."""
 
-from __future__ import annotations
-
 import torch
 from torch import Tensor
 

@@ -1,7 +1,5 @@
 """Pure pursuit with wheels whose rates are commanded, in place of steering."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

@@ -1,7 +1,5 @@
 """How many samples a machine can roll out within a control period, tried beforehand."""
 
-from __future__ import annotations
-
 import logging
 import time
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """One step of MPPI by torch: any model, any cost, any device and precision; what the kernels are held to."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from contextlib import nullcontext
 from functools import cached_property

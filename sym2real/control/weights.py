@@ -7,8 +7,6 @@
 Source: G. Williams et al., "Information theoretic MPC for model-based reinforcement learning", ICRA 2017.
 """
 
-from __future__ import annotations
-
 import torch
 from torch import Tensor
 

@@ -1,7 +1,5 @@
 """The project's own real log: one flight of a Crazyflie 2.1; see ``flights/NOTICE`` for its source and licence."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 

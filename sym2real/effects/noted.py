@@ -14,8 +14,6 @@ from sym2real.symbolic import Equations
 
 # Begins the key of a term of one's own, which no catalogue has.
 TERM = "term:"
-# How notes began that told of effects before equations recorded them.
-ONCE_NOTED = "has the effect "
 
 Known = tuple[tuple[str, Mapping[str, float]], ...]
 
@@ -64,8 +62,6 @@ def _place(change: tuple[Effect, Mapping[str, float]]) -> int:
 
 def _require_counterparts(equations: Equations) -> None:
     keys = [key for key, _ in equations.effects]
-    if any(note.startswith(ONCE_NOTED) for note in equations.notes):
-        raise ModelError("the model is of a version that did not record effects; `add` them to its base again")
     for key in keys:
         if key.startswith(TERM):
             raise ModelError(f"a term of one's own has no counterpart there ({key.removeprefix(TERM)})")

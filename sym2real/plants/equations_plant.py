@@ -1,7 +1,5 @@
 """Equations with all their effects as a plant: delays, lags, hidden states, time and sensors."""
 
-from __future__ import annotations
-
 import torch
 from numpy.typing import ArrayLike
 from torch import Tensor

@@ -1,7 +1,5 @@
 """A plant and a task as a Gymnasium environment, for agents from outside."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

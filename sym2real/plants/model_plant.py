@@ -1,7 +1,5 @@
 """Any dynamics model as a plant."""
 
-from __future__ import annotations
-
 import numpy as np
 import torch
 from numpy.typing import ArrayLike

@@ -1,7 +1,5 @@
 """A robot in MuJoCo: noise-free and without delay, unless a list of changes says otherwise."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

@@ -7,8 +7,6 @@ them act when :func:`load_plant` opens the folder. MuJoCo writes numbers with si
 ``origin.json`` makes a robot again that no registry knows, without the effects.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 from collections.abc import Iterable, Mapping

@@ -1,7 +1,5 @@
 """Random pushes: wrenches that vary smoothly in time, from which a base model learns its wrench inputs."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 

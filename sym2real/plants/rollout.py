@@ -1,7 +1,5 @@
 """Many short simulations from given physics states at once, through ``mujoco.rollout``."""
 
-from __future__ import annotations
-
 import copy
 
 import mujoco

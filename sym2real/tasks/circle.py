@@ -1,7 +1,5 @@
 """A circle around the origin: (r cos ωt, r sin ωt), ω = v / r."""
 
-from __future__ import annotations
-
 import torch
 from torch import Tensor
 

@@ -7,8 +7,6 @@
     d_R = |sin θ - sin θ*| + |cos θ - cos θ*|   (unit circle)
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 
 import sympy

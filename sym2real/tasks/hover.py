@@ -1,7 +1,5 @@
 """Hover upright at a point with yaw 0."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -5,8 +5,6 @@
 Its curvature is at most 3/a and its speed within a factor of √2.
 """
 
-from __future__ import annotations
-
 from math import pi
 
 import torch

@@ -1,7 +1,5 @@
 """Park a car at (1, 0) with yaw 0, from starts seen in training or from beyond the goal."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -4,8 +4,6 @@ A path maps time in s ``# (...,)`` to position, velocity and acceleration ``# (.
 A quadrotor keeps level with yaw 0 at a height; a car points along the path, or against it in reverse.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import torch

@@ -1,7 +1,5 @@
 """Bring a robot to a state and hold it there, whatever its joints are."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

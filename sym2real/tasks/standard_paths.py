@@ -6,8 +6,6 @@ A figure of eight is (a cos φ, 0.315 a sin 2φ), the flattest curve at its shar
 A car drives it at its speed along the path; a quadrotor flies it at an even φ' and has its speed at the crossing.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache

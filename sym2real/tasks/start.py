@@ -1,7 +1,5 @@
 """Where episodes start."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What a robot is asked to do: a reference over time, a running cost, where episodes start and how long they last."""
 
-from __future__ import annotations
-
 import hashlib
 import math
 from collections.abc import Callable, Sequence

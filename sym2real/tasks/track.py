@@ -5,8 +5,6 @@ At arc length d into a piece that starts at p₀ with heading θ₀ and curvatur
     p = p₀ + d sinc(κd/2) (cos(θ₀ + κd/2), sin(θ₀ + κd/2)),   θ = θ₀ + κd
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

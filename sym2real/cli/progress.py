@@ -4,15 +4,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    ProgressColumn,
-    SpinnerColumn,
-    TextColumn,
-    TimeElapsedColumn,
-)
+from rich import progress as bars
 
 from sym2real import adaptation
 from sym2real.cli.terminal import progress_console
@@ -24,7 +16,7 @@ SECONDS_BETWEEN_LINES = 10.0  # where there is no terminal
 @contextmanager
 def stage_one_progress() -> Iterator[Callable[[adaptation.Progress], None]]:
     """A callback for :func:`sym2real.adaptation.learn_base`."""
-    with _bar(BarColumn(), MofNCompleteColumn()) as bar:
+    with _bar(bars.BarColumn(), bars.MofNCompleteColumn()) as bar:
         task = bar.add_task("starting", total=None)
 
         def show(progress: adaptation.Progress) -> None:
@@ -87,12 +79,12 @@ def episode_line(report: adaptation.EpisodeReport) -> str:
 @contextmanager
 def steps_progress(what: str, steps: int) -> Iterator[Callable[[int], None]]:
     """A callback that takes the number of steps done."""
-    with _bar(BarColumn(), MofNCompleteColumn()) as bar:
+    with _bar(bars.BarColumn(), bars.MofNCompleteColumn()) as bar:
         task = bar.add_task(what, total=steps)
         yield lambda done: bar.update(task, completed=done)
 
 
-def _bar(*counted: ProgressColumn) -> Progress:
-    columns = (SpinnerColumn(), TextColumn("{task.description}"), *counted, TimeElapsedColumn())
+def _bar(*counted: bars.ProgressColumn) -> bars.Progress:
+    columns = (bars.SpinnerColumn(), bars.TextColumn("{task.description}"), *counted, bars.TimeElapsedColumn())
     console = progress_console()
-    return Progress(*columns, console=console, transient=True, disable=not console.is_terminal)
+    return bars.Progress(*columns, console=console, transient=True, disable=not console.is_terminal)

@@ -10,7 +10,7 @@ from sympy import Expr, Integer
 from sym2real.robots import mjcf_columns as columns
 from sym2real.robots.spatial import Inertia, Motion, Transform, Values, about, exact
 from sym2real.symbolic import symbol
-from sym2real.vocabulary import load_quantity
+from sym2real.vocabulary import armature_quantity, damping_quantity, friction_quantity, load_quantity
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +48,15 @@ class Link:
         if not self.turns:
             return Transform(self.fixed.turn, self.fixed.place + self.fixed.turn.T @ (self.axis * moved))
         return Transform(about(self.axis, moved).T @ self.fixed.turn, self.fixed.place)
+
+    @property
+    def quantities(self) -> dict[str, Expr]:
+        """What equations hold of it by name, for effects to change: armature, damping, dry friction."""
+        return {
+            armature_quantity(self.joint): as_expression(self.armature),
+            damping_quantity(self.joint): as_expression(self.damping),
+            friction_quantity(self.joint): as_expression(self.friction),
+        }
 
     @property
     def motion(self) -> Motion:

@@ -38,14 +38,7 @@ from sym2real.robots.spatial import (
 )
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.expressions import names_in
-from sym2real.vocabulary import (
-    GRAVITY_COMPONENTS,
-    armature_quantity,
-    damping_quantity,
-    friction_quantity,
-    load_quantity,
-    rate_column,
-)
+from sym2real.vocabulary import GRAVITY_COMPONENTS, armature_quantity, load_quantity, rate_column
 
 
 def multibody(model: mujoco.MjModel, layouts: Layouts, actions: Mapping[str, str], dt: float) -> Equations:
@@ -71,10 +64,9 @@ def multibody(model: mujoco.MjModel, layouts: Layouts, actions: Mapping[str, str
     build.quantities |= {
         name: as_expression(value) for name, value in zip(GRAVITY_COMPONENTS, model.opt.gravity, strict=True)
     }
-    build.quantities |= {armature_quantity(link.joint): as_expression(link.armature) for link in links}
+    for link in links:
+        build.quantities |= link.quantities
     build.quantities |= {load_quantity(model.site(site).name): Integer(0) for site in columns.loaded_sites(model)}
-    build.quantities |= {damping_quantity(link.joint): as_expression(link.damping) for link in links}
-    build.quantities |= {friction_quantity(link.joint): as_expression(link.friction) for link in links}
     alone = [1.0 / float(model.dof_invweight0[model.joint(link.joint).dofadr[0]]) for link in links]
     forces = Forces(model, links, actions, build.part, alone)
     names = [link.joint for link in links]

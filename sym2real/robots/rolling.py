@@ -38,15 +38,7 @@ from sym2real.robots.spatial import Values, exact
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.dry_friction import dry_friction
 from sym2real.trajectory import Array
-from sym2real.vocabulary import (
-    DRILLING,
-    armature_quantity,
-    damping_quantity,
-    friction_quantity,
-    rate_column,
-    rate_per_speed,
-    wheel_lever,
-)
+from sym2real.vocabulary import DRILLING, armature_quantity, rate_column, rate_per_speed, wheel_lever
 
 WIDE = "wide wheels brake a turn by {:.3g} N m where they drill on the floor; how they creep then is not described"
 MASSES = ("mass_ahead", "mass_both", "mass_turning")  # kg, kg m, kg m²
@@ -164,9 +156,7 @@ def _numbers(links: Sequence[Link], wheels: Wheels, inertia: Array, spinning: Ar
     for link, (ahead, turn) in zip(links, wheels.ways.tolist(), strict=True):
         found[rate_per_speed(link.joint)] = as_expression(ahead)
         found[wheel_lever(link.joint)] = as_expression(turn / ahead)
-        found[armature_quantity(link.joint)] = as_expression(link.armature)
-        found[damping_quantity(link.joint)] = as_expression(link.damping)
-        found[friction_quantity(link.joint)] = as_expression(link.friction)
+        found |= link.quantities
     for name, (row, column) in zip(MASSES, ((0, 0), (0, 1), (1, 1)), strict=True):
         body = float(inertia[row, column] - wheels.ways[:, row] * wheels.ways[:, column] @ spinning)
         turned = [

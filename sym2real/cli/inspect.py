@@ -1,19 +1,14 @@
 """``sym2real inspect``: what a log seems to hold, and a proposed specification."""
 
-from __future__ import annotations
-
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 from rich.console import Console
 
 from sym2real.cli.places import Place
 from sym2real.cli.positionals import JsonFile, Logs
 from sym2real.files import write_text
-
-if TYPE_CHECKING:
-    from sym2real.logs import Inspection
 
 
 @dataclass(frozen=True)
@@ -46,9 +41,15 @@ class Inspect:
     def run(self, console: Console) -> dict[str, Any]:
         """Print the evidence, write or print the specification."""
         from sym2real.cli.nominal_line import NominalLine, nominal_line
+        from sym2real.logs import inspect_logs
         from sym2real.report.inspection import inspection_table
 
-        inspection = self._inspection()
+        of_model: tuple[Any, ...] = ()
+        if self.model is not None:
+            from sym2real.cli.model import columns_of
+
+            of_model = columns_of(self.model)
+        inspection = inspect_logs(self.logs, self.columns, *of_model)
         console.print(inspection_table(inspection))
         text = inspection.toml()
         if self.out:
@@ -64,12 +65,3 @@ class Inspect:
         columns = [asdict(row) for row in inspection.rows]
         flips = list(inspection.suspected_flips)
         return {"columns": columns, "suspected_flips": flips, "spec": text, "nominal": asdict(line)}
-
-    def _inspection(self) -> Inspection:
-        from sym2real.logs import inspect_logs
-
-        if self.model is None:
-            return inspect_logs(self.logs, self.columns)
-        from sym2real.cli.model import columns_of
-
-        return inspect_logs(self.logs, self.columns, *columns_of(self.model))

@@ -14,13 +14,15 @@ from sym2real.dataset import Dataset, Transitions
 from sym2real.effects import effect
 from sym2real.errors import ModelError, UnknownNameError
 from sym2real.experiments.standard_conditions import sensors
+from sym2real.layout import Layouts
 from sym2real.neural import Composed, Ensemble, SymbolicResidual
 from sym2real.plants import EquationsPlant, MujocoPlant, run_episode
 from sym2real.protocols import Change, Plant
-from sym2real.regression.residual_terms import ResidualSettings
+from sym2real.regression.residual_terms import ResidualSettings, residual_terms
 from sym2real.robots import CRAZYFLIE
 from sym2real.symbolic import Equations, compile_model, symbol
 from sym2real.tasks import make_task
+from sym2real.trajectory import Trajectory
 
 WIND = 0.02  # N along x
 PUSH = WIND / CRAZYFLIE.numbers["mass"] * CRAZYFLIE.dt  # m/s a step
@@ -44,6 +46,20 @@ def added(model: Equations, base: Equations, transitions: Transitions) -> np.nda
 @pytest.fixture(scope="module")
 def base() -> Equations:
     return CRAZYFLIE.nominal()
+
+
+@pytest.mark.parametrize("rows", [(50, 40), (40, 10, 40)])
+def test_rows_too_few_for_a_window_are_no_block(rows: tuple[int, ...]) -> None:
+    layouts, rng = Layouts.of(["x", "vx", "speed"]), np.random.default_rng(0)
+    logs = [
+        Trajectory.from_arrays(rng.standard_normal((n + 1, 2)), rng.standard_normal((n + 1, 1)), layouts, dt=0.05)
+        for n in rows
+    ]
+    transitions = Dataset(logs).transitions()
+    left = np.stack([0.3 * transitions.state[:, 1], np.zeros(len(transitions))], axis=1)
+    found = residual_terms(transitions, left, ResidualSettings(degree=1))
+    assert found.keys() == {"x"}
+    assert float(found["x"].coeff(symbol("vx"))) == pytest.approx(0.3)
 
 
 @pytest.mark.parametrize("noisy", [False, True])

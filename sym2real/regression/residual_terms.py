@@ -161,13 +161,12 @@ def _windows(transitions: Transitions, window: int) -> tuple[Rows, Rows]:
     """First row of every window that lies within a block of consecutive rows, and the block's number."""
     breaks = (np.diff(transitions.trajectory) != 0) | (np.diff(transitions.step) != 1)
     edges = [0, *(np.flatnonzero(breaks) + 1).tolist(), len(transitions)]
-    size, starts, blocks = _size(window), list[Rows](), list[Rows]()
-    for first, end in pairwise(edges):
-        for begin in range(first, end, size):
-            inside = np.arange(begin, min(begin + size, end) - window + 1)
-            starts.append(inside)
-            blocks.append(np.full(len(inside), len(blocks)))
-    kept = [(s, b) for s, b in zip(starts, blocks, strict=True) if len(s)]
-    if not kept:
-        return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
-    return np.concatenate([s for s, _ in kept]), np.concatenate([b for _, b in kept])
+    size = _size(window)
+    blocks = [
+        np.arange(begin, min(begin + size, end) - window + 1)
+        for first, end in pairwise(edges)
+        for begin in range(first, end - window + 1, size)
+    ]
+    numbered = [np.full(len(rows), number) for number, rows in enumerate(blocks)]
+    none = np.zeros(0, dtype=np.int64)
+    return np.concatenate([none, *blocks]), np.concatenate([none, *numbered])

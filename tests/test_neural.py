@@ -52,6 +52,16 @@ def test_an_untrained_residual_changes_nothing() -> None:
     torch.testing.assert_close(rollout(composed, state, actions), compile_model(equations).rollout(state, actions))
 
 
+def test_time_goes_on_below_a_residual_too() -> None:
+    layouts = Layouts(Layout.of(["x", "vx"]), Layout.of(["speed"]), Layout.of(["fx", "t"]))
+    equations = Equations.parse(layouts, {"x": "x + 0.1*vx", "vx": "vx + 0.1*sin(2*t) + 0*fx"}, dt=0.1)
+    composed = Composed(equations, ResidualMLP(Layouts(layouts.state, layouts.action)))
+    state, actions = torch.zeros(3, 2), torch.zeros(10, 1)
+    for inputs in (None, torch.tensor([0.0, 0.7]), torch.linspace(0.0, 2.0, 20).unflatten(0, (10, 2))):
+        expected = compile_model(equations).rollout(state, actions, inputs)
+        torch.testing.assert_close(rollout(composed, state, actions, inputs), expected)
+
+
 @pytest.mark.parametrize("robot", [CRAZYFLIE, MUSHR], ids=lambda robot: robot.name)
 def test_a_composition_is_a_sum_on_the_manifold(robot: Robot) -> None:
     equations, residual = robot.nominal(), lively(robot, (32, 16))

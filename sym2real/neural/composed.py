@@ -37,6 +37,7 @@ class _Step(nn.Module):
         self.base, self.residual, self.visible = base, residual, len(residual.columns[0])
         self.manifold, self.dt = manifold_of(layouts.state), dt
         self.time = layouts.inputs.index("t") if "t" in layouts.inputs else -1
+        self.inputs = len(layouts.inputs)
         self.commands = residual.commands * len(residual.columns[1])
         self.states = residual.states * self.visible
 
@@ -65,11 +66,13 @@ class _Step(nn.Module):
         states: list[Tensor] = []
         for k in range(actions.shape[-2]):
             known = inputs
-            if inputs is not None:
-                if inputs.dim() >= actions.dim():
-                    known = inputs[..., k, :]
+            if inputs is None and k > 0 and self.time >= 0:  # the base has said at the first step what must be given
+                known = state.new_zeros(self.inputs)
+            if known is not None:
+                if known.dim() >= actions.dim():
+                    known = known[..., k, :]
                 elif self.time >= 0:
-                    known = inputs.clone()
+                    known = known.clone()
                     known[..., self.time] += k * self.dt
             before, action = state, actions[..., k, :]
             state = self.forward(before, action, known, past)

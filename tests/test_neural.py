@@ -62,6 +62,15 @@ def test_time_goes_on_below_a_residual_too() -> None:
         torch.testing.assert_close(rollout(composed, state, actions, inputs), expected)
 
 
+def test_a_model_of_another_precision_leaves_the_first_as_it_was() -> None:
+    state, actions = batch(MUSHR, 4)
+    first = Composed(MUSHR.nominal(), lively(MUSHR, (8,)))
+    before = rollout(first, state, actions)
+    exact = Composed(first.below, first.residual, torch.float64)
+    torch.testing.assert_close(rollout(first, state, actions), before, rtol=0.0, atol=0.0)
+    torch.testing.assert_close(rollout(exact, state.double(), actions.double()).float(), before)
+
+
 @pytest.mark.parametrize("robot", [CRAZYFLIE, MUSHR], ids=lambda robot: robot.name)
 def test_a_composition_is_a_sum_on_the_manifold(robot: Robot) -> None:
     equations, residual = robot.nominal(), lively(robot, (32, 16))

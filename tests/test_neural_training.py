@@ -81,7 +81,7 @@ def test_errors_of_rollouts_are_those_of_the_composed_model(windy: Transitions, 
         residual.output_scale.fill_(1e-4)
     model = Composed(base, residual, torch.float64)
     state, action = rows.seen.double().split([13, 4], dim=-1)
-    one = rows.error + (rows.moved.double() @ residual(state, action)[..., None])[..., 0]
+    one = rows.error + (rows.moved.double() @ model.residual(state, action)[..., None])[..., 0]
     starts = torch.arange(len(rows) - steps + 1)
     found = rolled_errors(one[..., None].detach(), rows.carried.double(), starts, steps)[-1, :, :, 0]
     predicted, measured = multi_step(model, windy, steps)

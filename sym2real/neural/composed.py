@@ -87,11 +87,6 @@ def state_of(base: Base) -> Layout:
     return visible_state(base) if isinstance(base, Equations) else base.layouts.state
 
 
-def _frozen(ensemble: Ensemble, dtype: torch.dtype) -> Ensemble:
-    """A copy: what is done to one model is not done to another."""
-    return copy.deepcopy(ensemble).to(dtype).requires_grad_(requires_grad=False)
-
-
 class Composed(nn.Module):
     """A dynamics model: a base plus a residual.
 
@@ -111,8 +106,12 @@ class Composed(nn.Module):
         if residual.columns != (self.layouts.state.columns, self.layouts.action.columns):
             raise ShapeError(f"the residual is over {residual.columns}, the base over other columns")
         self._equations, self._visible = base if isinstance(base, Equations) else None, len(self.layouts.state)
-        self.base = compile_model(base, dtype=dtype) if isinstance(base, Equations) else _frozen(base, dtype)
-        self.residual = residual.to(dtype)
+        # Copies: what is done to one model, its precision too, is not done to another.
+        if isinstance(base, Equations):
+            self.base: nn.Module = compile_model(base, dtype=dtype)
+        else:
+            self.base = copy.deepcopy(base).to(dtype).requires_grad_(requires_grad=False)
+        self.residual = copy.deepcopy(residual).to(dtype)
         self.scripted = script(self._step(self.base))
 
     def _step(self, base: nn.Module) -> _Step:

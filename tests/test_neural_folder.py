@@ -13,6 +13,8 @@ import torch
 from reference_models import motor_lagged
 
 from sym2real.errors import DataError, ModelError
+from sym2real.field import Field
+from sym2real.layout import Layout, Layouts
 from sym2real.neural import Composed, Ensemble, Model, ResidualMLP, SymbolicResidual, open_model, save_model
 from sym2real.robots import CRAZYFLIE
 from sym2real.symbolic import Equations, compile_model, load_model, rollout, symbol
@@ -68,6 +70,16 @@ def test_a_folder_gives_back_what_it_was_given(kind: str, tmp_path: Path) -> Non
         assert again.past_rows == model.past_rows
     if isinstance(model, Ensemble):
         assert (again.dt, again.robot) == (0.02, "crazyflie")
+
+
+def test_an_ensemble_keeps_fields_that_no_vocabulary_knows(tmp_path: Path) -> None:
+    turned = Layout((Field("angle", ("s1", "c1"), kind="circle"), Field("rate", ("w1",), "rad/s")))
+    before = Ensemble(Layouts(turned, Layout((Field("torque", ("u1",), "N m"),))), 2, (8,))
+    opened = open_model(save_model(before, tmp_path))
+    assert isinstance(opened, Ensemble)
+    assert opened.layouts == before.layouts
+    state, action = torch.tensor([0.6, 0.8, 1.0]), torch.tensor([0.3])
+    torch.testing.assert_close(opened(state, action), before(state, action))
 
 
 def test_other_programs_fly_the_whole(tmp_path: Path) -> None:

@@ -6,12 +6,14 @@ No pickle: a model from elsewhere runs no code.
 from __future__ import annotations
 
 import json
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any, TypeVar
 
 from safetensors.torch import save
 
 from sym2real.errors import DataError, Sym2RealError, reason
+from sym2real.field import read_fields
 from sym2real.files import read_object
 from sym2real.layout import Layout, Layouts
 from sym2real.neural.ensemble import Ensemble
@@ -28,7 +30,10 @@ BROKEN = (AttributeError, KeyError, TypeError, ValueError, RuntimeError, Sym2Rea
 def network_file(network: ResidualMLP | Ensemble) -> bytes:
     """The weights of a network, with what makes it again in the header."""
     weights = {name: tensor.contiguous() for name, tensor in network.state_dict().items()}
-    content: bytes = save(weights, {"about": json.dumps({**_columns(network.columns), **network.about()})})
+    columns: dict[str, Any] = _columns(network.columns)
+    if isinstance(network, Ensemble):  # it puts its states back on the manifold that their fields say
+        columns = {group: [asdict(field) for field in getattr(network.layouts, group).fields] for group in columns}
+    content: bytes = save(weights, {"about": json.dumps({**columns, **network.about()})})
     return content
 
 
@@ -88,4 +93,9 @@ def _columns(columns: tuple[tuple[str, ...], tuple[str, ...]]) -> dict[str, tupl
 
 
 def _layouts(about: dict[str, Any]) -> Layouts:
-    return Layouts(Layout.of(about["state"]), Layout.of(about["action"]))
+    return Layouts(_layout(about["state"]), _layout(about["action"]))
+
+
+def _layout(columns: list[Any]) -> Layout:
+    """Of fields, or of names alone, which the vocabulary knows."""
+    return Layout(read_fields(columns)) if columns and isinstance(columns[0], dict) else Layout.of(columns)

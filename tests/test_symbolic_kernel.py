@@ -9,6 +9,7 @@ import pytest
 import torch
 from reference_models import flying, late, motor_lagged
 
+from sym2real.layout import Layouts
 from sym2real.native import find_compiler, library
 from sym2real.robots import CRAZYFLIE, MUSHR
 from sym2real.symbolic import Equations, compile_model, lift_constants, rollout
@@ -90,6 +91,19 @@ def test_the_kernel_rolls_out_as_torch_does(make: object, dtype: torch.dtype) ->
         error = (found - reference).abs().amax(dim=(0, 1, 2)) / reference.abs().amax(dim=(0, 1, 2))
         assert float(error.max()) < (1e-4 if dtype == torch.float32 else 1e-12)
         assert float((found - model.rollout(state, actions, inputs)).abs().max()) < 1e-3
+
+
+@needs_compiler
+@pytest.mark.parametrize("dtype", [torch.float32, torch.float64])
+def test_what_is_no_number_is_not_hidden_by_a_limit(dtype: torch.dtype) -> None:
+    layouts = Layouts.of(["x", "y", "vx", "vy", "speed"])
+    limited = {"x": "Max(Min(vx, 1), -1)", "y": "Max(x, speed)", "vx": "Min(speed, vx)", "vy": "Min(vx, speed, y)"}
+    equations = Equations.parse(layouts, limited, dt=0.1)
+    state = torch.tensor([[0.0, 0.0, torch.nan, 0.0], [torch.nan, 0.0, 0.0, 0.0]], dtype=dtype)
+    actions = torch.tensor([0.0, torch.nan], dtype=dtype)[:, None, None]
+    expected = compile_model(equations, dtype=dtype).rollout(state, actions)
+    assert expected.isnan().sum() == 6  # three columns of each sample
+    torch.testing.assert_close(NativeRollout(equations, dtype)(state, actions), expected, equal_nan=True)
 
 
 @needs_compiler

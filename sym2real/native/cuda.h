@@ -48,8 +48,8 @@ INLINE v square_root(v a) { return sqrtf(a); }
 INLINE v nearest(v a) { return rintf(a); }
 INLINE v less_nearest(v a) { return a - rintf(a); }
 INLINE v reciprocal_root(v a) { return 1.0f / sqrtf(a); }
-INLINE v minimum(v a, v b) { return a < b ? a : b; }
-INLINE v maximum(v a, v b) { return a > b ? a : b; }
+INLINE v minimum(v a, v b) { return b < a || b != b ? b : a; }
+INLINE v maximum(v a, v b) { return a < b || b != b ? b : a; }
 INLINE v to_reals(words a) { return (float)(int)a; }
 INLINE words bits_of(v a) { return __float_as_uint(a); }
 INLINE v from_bits(words a) { return __uint_as_float(a); }

@@ -64,8 +64,8 @@ INLINE v less_nearest(v a) { return (v)__builtin_ia32_reduceps512_mask_round(a, 
 INLINE v less_nearest(v a) { return a - nearest(a); }
 #endif
 INLINE v reciprocal_root(v a) { return splat(R(1.0)) / square_root(a); }
-INLINE v minimum(v a, v b) { return select(a < b, a, b); }
-INLINE v maximum(v a, v b) { return select(a < b, b, a); }
+INLINE v minimum(v a, v b) { return select((b < a) | (b != b), b, a); } /* NaN of either stays, as in torch */
+INLINE v maximum(v a, v b) { return select((a < b) | (b != b), b, a); }
 INLINE v to_reals(words a) { return __builtin_convertvector((mask)a, v); }
 INLINE words bits_of(v a) { return (words)a; }
 INLINE v from_bits(words a) { return (v)a; }

@@ -27,6 +27,7 @@ FULL = LogSpec(
         "wx": Source("gyro x", "deg/s"),
         "thrust": Source("pwm", scale=1e-5),
         "steer": Source("us", scale=1e-3, zero=1500.0),
+        "θ1": Source("Ελευσίνα [°]"),
     },
     Attitude(("a", "b", "c", "d"), "xyzw", "world_to_body"),
     Attitude(euler=("r", "p", "y"), unit="deg"),

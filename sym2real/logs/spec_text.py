@@ -40,7 +40,7 @@ def specification(spec: LogSpec, comments: Mapping[str, Sequence[str]] | None = 
     lines += ["", "[time]", *_entries(spec.time), *_commented(notes, "time")]
     lines += ["", "[columns]"]
     for column, source in spec.columns.items():
-        key = column if column.replace("_", "").isalnum() else text(column)
+        key = column if column.isascii() and column.replace("_", "").isalnum() else text(column)
         lines += [f"{key} = {text(source)}", *_commented(notes, column)]
     lines += _commented(notes, "columns")
     for name in ATTITUDES:

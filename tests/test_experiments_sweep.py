@@ -10,12 +10,14 @@ import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from threading import Thread
 
 import pytest
 from sweep_jobs import Square
 
 from sym2real.errors import DataError, ModelError
 from sym2real.experiments.study.sweep import answer_file, run_sweep, running
+from sym2real.files import write_text
 
 TESTS = str(Path(__file__).parent)
 
@@ -58,6 +60,16 @@ def test_a_killed_process_loses_nothing(tmp_path: Path) -> None:
     answers = run_sweep(jobs, tmp_path, workers=2)
     assert sorted(record["square"] for record in answers.values()) == [0, 1, 4, 9]
     assert runs(log).count(1) == 2
+
+
+def test_a_sweep_beside_another_minds_no_line_that_is_gone(tmp_path: Path) -> None:
+    lines = [tmp_path / "running" / f"other-{number}.txt" for number in range(300)]
+    for line in lines:
+        write_text(line, "begins")
+    other = Thread(target=lambda: [line.unlink(missing_ok=True) for line in reversed(lines)])
+    other.start()
+    assert len(run_sweep([Square(2, str(tmp_path / "log"))], tmp_path, workers=1)) == 1
+    other.join()
 
 
 def test_another_question_under_the_same_name_is_refused(tmp_path: Path) -> None:

@@ -8,13 +8,15 @@ import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import sympy
 from regression_data import QUADROTOR, concatenated, drawn, flights
 
 from sym2real.errors import MissingDependencyError, ModelError, UnknownNameError
 from sym2real.regression import PySR
-from sym2real.regression.pysr import SETTINGS, expression_of, julia_is_there
+from sym2real.regression.pysr import SETTINGS, WORKER, expression_of, julia_is_there
+from sym2real.regression.worker_process import WorkerProcess
 from sym2real.symbolic import symbol
 
 TESTS = Path(__file__).parent
@@ -115,6 +117,15 @@ def test_a_dead_worker_leaves_its_last_words(log: Path) -> None:
     with pytest.raises(ModelError, match=r"exit code 3(.|\n)*segmentation fault in libjulia"):
         engine.fit(linear())
     engine.close()
+
+
+def test_a_worker_that_was_killed_is_one_clear_error_and_is_closed() -> None:
+    worker = WorkerProcess(WORKER)
+    worker._process.kill()
+    worker._process.wait()
+    with pytest.raises(ModelError, match="exit code -9"):
+        worker.ask("fit", column="x", values=np.zeros((100_000, 3)), target=0, names=[], fresh=True)
+    worker.close()
 
 
 def test_a_factory_that_cannot_be_imported_names_the_install_commands(log: Path) -> None:

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import tempfile
 import weakref
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -75,7 +76,8 @@ class WorkerError(ModelError):
 def _end(process: subprocess.Popen[bytes]) -> None:
     for stream in (process.stdin, process.stdout):
         if stream is not None:
-            stream.close()
+            with suppress(OSError):  # what a dead process was sent is still to be written
+                stream.close()
     try:
         process.wait(timeout=2)
     except subprocess.TimeoutExpired:

@@ -83,7 +83,7 @@ def run_sweep(
     on_progress(Progress(len(answers), len(jobs)))
     status = make_folder(folder / RUNNING)
     for file in status.glob("*.txt"):
-        file.unlink()  # of a sweep that was killed
+        file.unlink(missing_ok=True)  # of a sweep that was killed, or of one beside this whose job has just ended
     failed: dict[str, str] = {}
     coming = _on_cluster(rest, cluster, status) if cluster else _on_this_machine(rest, workers, status)
     for name, record in coming:

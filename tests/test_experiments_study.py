@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import torch
+from rich.console import Console
 
 from sym2real.cli import main
 from sym2real.control import RandomCommands
@@ -29,6 +31,7 @@ from sym2real.experiments.study.effort import FULL, QUICK
 from sym2real.experiments.study.judged import Reference, has_reference, judge, planning_with, planning_with_mujoco
 from sym2real.experiments.study.neural_base import cached_ensemble
 from sym2real.experiments.study.noisy_logs import NoisyFit
+from sym2real.experiments.study.outcome import Outcome
 from sym2real.experiments.study.policy import targets, trained
 from sym2real.experiments.study.scratch import FromScratch, trajectories_to_converge
 from sym2real.experiments.study.suites import contestants_of, suite_outcome
@@ -227,6 +230,13 @@ def test_a_suite_becomes_a_table_and_a_figure(tmp_path: Path) -> None:
         "motor controller winds up",
         "",
     }
+
+
+def test_titles_of_a_file_are_words_and_no_markup() -> None:
+    titles = ("payload [kg]", "current [A]", "per metre [/m]")
+    console = Console(file=StringIO(), width=80)
+    console.print(outcome_table(Outcome("bumps [/m]", ("case", "model"), tuple((title, "SR*+NN") for title in titles))))
+    assert all(title in console.file.getvalue() for title in ("bumps [/m]", *titles))
 
 
 def test_from_scratch_every_trajectory_is_judged() -> None:

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.figure import Figure
+from rich.markup import escape
 from rich.table import Table
 
 from sym2real.experiments.study.outcome import Outcome, Panel
@@ -18,7 +19,8 @@ WIDTH = 48  # characters of a statement below a panel
 
 def outcome_table(outcome: Outcome) -> Table:
     """The rows of an experiment; notes stand below."""
-    return compact_table(outcome.title, outcome.columns, outcome.rows, left=outcome.columns[:2])
+    rows = [list(map(escape, row)) for row in outcome.rows]  # titles are those of somebody's file
+    return compact_table(escape(outcome.title), outcome.columns, rows, left=outcome.columns[:2])
 
 
 def outcome_figure(outcome: Outcome) -> Figure:

@@ -9,6 +9,7 @@ from paper_robots import PAPER_ROBOTS
 
 from sym2real.errors import ShapeError, UnknownNameError
 from sym2real.robots import ROBOTS
+from sym2real.robots.from_mjcf import from_mjcf
 from sym2real.tasks import TASKS, make_task, unseen_goal
 from sym2real.tasks.track import TRACKS, pieces_of
 
@@ -156,6 +157,21 @@ def test_wrong_names_and_wrong_robots_are_refused() -> None:
     with pytest.raises(UnknownNameError, match="unseen"):
         make_task("park", ROBOTS["mushr"], start_region="unsen")
     assert set(TASKS) == {"hover", "circle", "lemniscate", "track", "park", "reverse_circle", "regulate"}
+
+
+GIMBAL = """
+<mujoco><worldbody><body pos="0 0 1"><freejoint/><geom type="box" size=".1 .1 .02" mass=".5"/><site name="up"/>
+<body pos="0 0 -.05"><joint name="gimbal" axis="0 1 0"/><geom type="box" size=".02 .02 .02" mass=".05"/></body></body>
+</worldbody><actuator><motor name="lift" site="up" gear="0 0 1 0 0 0" ctrlrange="0 9"/></actuator></mujoco>
+"""
+
+
+@pytest.mark.parametrize("name", ["hover", "circle", "lemniscate", "track"])
+def test_a_drone_with_a_joint_is_given_no_path_that_says_nothing_of_it(name: str) -> None:
+    robot = from_mjcf(GIMBAL, name="gimbal_drone")
+    with pytest.raises(ShapeError, match=r"gimbal_drone has x y z qw qx qy qz gimbal .* 'regulate' is for any robot"):
+        make_task(name, robot)
+    assert make_task("regulate", robot).reference(torch.zeros(2)).shape == (2, len(robot.layouts.state))
 
 
 @pytest.mark.parametrize("robot_name", PAPER_ROBOTS)

@@ -14,9 +14,12 @@ from torch import Tensor
 from sym2real.errors import ShapeError
 from sym2real.robots.robot import Robot
 from sym2real.trajectory import Array
-from sym2real.vocabulary import ATTITUDE, HEADING, POSITION
+from sym2real.vocabulary import ATTITUDE, HEADING, POSITION, RATE, VELOCITY
 
 ROWS = 101  # of a reference that tell it from another
+# States that references of paths are made of: of a free body, and of a vehicle in the plane.
+FLOWN = (*POSITION.columns, *ATTITUDE.columns, *VELOCITY.columns, *RATE.columns)
+DRIVEN = (*POSITION.columns[:2], *HEADING.columns, *VELOCITY.columns[:2], RATE.columns[2])
 Reference = Callable[[Tensor], Tensor]
 Cost: TypeAlias = sympy.Expr | Callable[[Tensor, Tensor, Tensor], Tensor]
 
@@ -63,32 +66,32 @@ def motion(robot: Robot) -> Literal["flight", "drive"]:
     """How a robot moves: the key of tables that give sizes and speeds for either.
 
     Raises:
-        ShapeError: for a robot that follows no path, because it has neither an attitude nor a heading.
+        ShapeError: for a robot that follows no path.
     """
     if not follows_paths(robot):
         raise ShapeError(
-            f"paths are for robots with an attitude or a heading; {robot.name} has "
-            f"{', '.join(field.name for field in robot.layouts.state.fields)}: the task 'regulate' is for any robot"
+            f"paths are for robots whose state is {' '.join(FLOWN)}, or {' '.join(DRIVEN)}; {robot.name} has "
+            f"{' '.join(robot.layouts.state)}: the task 'regulate' is for any robot"
         )
     return "flight" if flies(robot) else "drive"
 
 
 def follows_paths(robot: Robot) -> bool:
-    """Whether a robot has a position and looks somewhere, as paths in the plane ask."""
-    state = robot.layouts.state
-    return state.has_field(POSITION.name) and (state.has_field(ATTITUDE.name) or state.has_field(HEADING.name))
+    """Whether a robot's state is that of a free body or of a vehicle in the plane, and no joint's beside it."""
+    return robot.layouts.state.columns in (FLOWN, DRIVEN)
 
 
 def require(robot: Robot, field: str, task: str) -> None:
     """Refuse a task that a robot cannot be given.
 
     Raises:
-        ShapeError: when the robot's state lacks a field of that name.
+        ShapeError: when the robot's state lacks a field of that name, or follows no path.
     """
     layout = robot.layouts.state
     if not layout.has_field(field):
         have = ", ".join(known.name for known in layout.fields)
         raise ShapeError(f"task {task!r} needs a robot with the field {field!r} in its state; {robot.name} has {have}")
+    motion(robot)
 
 
 def require_positive(task: str, **sizes: float) -> None:

@@ -68,6 +68,17 @@ def test_a_velocity_to_the_side_that_is_always_zero_says_nothing_of_the_unit(
     assert float(re.findall(r"moves (\S+) times", evidence)[0]) == pytest.approx(factor, rel=0.1)
 
 
+@pytest.mark.parametrize(("sine", "cosine"), [("yaw_sin", "yaw_cos"), ("sinPsi", "cosPsi"), ("heading_sine", "cosine")])
+def test_sine_and_cosine_of_a_heading_are_no_heading(tmp_path: Path, sine: str, cosine: str) -> None:
+    circle = {sine: np.sin(YAW), cosine: np.cos(YAW)}
+    pd.DataFrame({"t": TIME, "x": POSITION[:, 0], "y": POSITION[:, 1], "steer": STEER, **circle}).to_csv(
+        tmp_path / "car.csv", index=False
+    )
+    found = inspect_logs(tmp_path / "car.csv")
+    assert not {"yaw", "ref_yaw"} & found.spec.columns.keys()
+    assert {"x", "y", "steer"} <= found.spec.columns.keys()
+
+
 def test_a_log_of_a_car_whose_commands_are_counts_is_a_cars(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     covariances = {f"pose.covariance[{place}]": np.zeros(len(TIME)) for place in range(36)}
     logged(tmp_path, CENTRE + TRAVEL * STEER, MOST_TURNS * SPEED, **covariances)

@@ -51,6 +51,8 @@ class Named:
 def read_name(name: str) -> Named | None:
     """What a column's name says; None where it says nothing that is known here."""
     words, unit = words_and_unit(name)
+    if WORDS["circular"].intersection(words):  # of an angle, and no angle
+        return None
     role: Role = "state"
     if (WORDS["command"] | WORDS["wanted"]).intersection(words):
         role = "command"

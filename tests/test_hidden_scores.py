@@ -55,6 +55,14 @@ def test_wind_and_tilt_are_one_group_only_without_yaw() -> None:
     assert scores.first_right(record(wind, ("wind", 0.02), yaw=True))
 
 
+def test_a_finding_is_of_one_effect_and_an_effect_of_one_finding() -> None:
+    """Two members of a group for one effect are one too many; one for two effects of a group is one too few."""
+    assert not scores.exact(record(MASS, ("added_mass", 0.005), ("gain:thrust", 0.85)))
+    both = {"wind": {"fx": 0.02}, "mounting_tilt": {"roll": 0.02}}
+    assert not scores.all_named(record(both, ("wind", 0.02)))
+    assert scores.exact(record(both, ("mounting_tilt", 0.02), ("wind", 0.02)))
+
+
 def test_an_exact_set_has_all_and_nothing_else() -> None:
     pair = MASS | {"delay": {"value": 0.04}}
     assert scores.exact(record(pair, ("delay", 0.04), ("added_mass", 0.005)))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -75,10 +75,13 @@ def named(answer: Record, key: str) -> bool:
 
 def all_named(answer: Record, keys: Collection[str]) -> bool:
     """Whether every effect has a finding that stands for it, no finding for two of them."""
-    matches = np.array([[stands_for(finding, key) for finding in answer["findings"]] for key in keys], dtype=int)
-    if matches.size == 0:
-        return not keys
-    return int(matches[linear_sum_assignment(-matches)].sum()) == len(keys)
+    return all_matched([[stands_for(finding, key) for finding in answer["findings"]] for key in keys])
+
+
+def all_matched(matches: Sequence[Sequence[bool]]) -> bool:
+    """Whether every row can have a column of its own that holds for it."""
+    table = np.array(matches, dtype=int)
+    return not matches or (table.size > 0 and int(table[linear_sum_assignment(-table)].sum()) == len(matches))
 
 
 def same_first(one: Record, other: Record) -> bool:

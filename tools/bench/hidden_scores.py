@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from answers import names
+from answers import all_matched, names
 from figures import Figure
 from scipy import stats
 
@@ -45,14 +45,15 @@ def first_right(record: Record) -> bool:
 
 
 def all_named(record: Record) -> bool:
-    """Whether every true effect that could be found is among the findings."""
+    """Whether every true effect that could be found has a finding of its own."""
     asked = [truth for truth in record["truth"] if truth not in record["excluded"]]
-    return all(any(right(record, truth, found) for found in names(record)) for truth in asked)
+    return all_matched([[right(record, truth, found) for found in names(record)] for truth in asked])
 
 
 def exact(record: Record) -> bool:
-    """Whether the findings are the true effects, no fewer and no more."""
-    return all_named(record) and all(true(record, found) for found in names(record))
+    """Whether the findings are the true effects, no fewer and no more: one for each."""
+    asked = [truth for truth in record["truth"] if truth not in record["excluded"]]
+    return all_named(record) and len(record["findings"]) == len(asked)
 
 
 def alarm(record: Record) -> bool:

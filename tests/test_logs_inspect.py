@@ -291,6 +291,15 @@ def test_without_stamps_no_log_is_read_until_the_rows_a_second_are_filled_in(tmp
     assert read_log(file, filled).time[1] == pytest.approx(0.02)
 
 
+def test_a_thrust_that_is_never_given_carries_nothing(tmp_path: Path) -> None:
+    time = STEP * np.arange(ROWS)
+    cells = np.stack([time, 0.1 * time, np.zeros(ROWS)], axis=1)
+    np.savetxt(tmp_path / "log.csv", cells, delimiter=",", header="t,z,thrust", comments="")
+    found = inspect_logs(tmp_path / "log.csv")
+    assert "thrust" not in found.spec.columns
+    assert any(row.column == "thrust" and "carries nothing" in row.evidence for row in found.rows)
+
+
 @pytest.mark.parametrize(("name", "unit"), [("ms", "ms"), ("Micros", "us"), ("millis", "ms"), ("nsec", "ns")])
 def test_a_column_called_by_a_unit_of_time_holds_stamps(name: str, unit: str, tmp_path: Path) -> None:
     step = 0.02 / UNITS[unit][1]

@@ -43,6 +43,9 @@ def _thrust(draft: Draft) -> None:
         draft.suspect(column, f"mean {values.mean():.3g}, and what carries a robot points up")
         values = -values
     level, most, force = float(values.mean()), largest(draft, [THRUST_COLUMN]), _specific_force(draft)
+    if not level:
+        draft.leave_open(THRUST_COLUMN, "thrust command", "its mean is 0, which carries nothing", "scale = 1.0 }")
+        return
     share = level / (GRAVITY if force is None else float(force.mean()))
     answer = answer_to(draft, values, force).said
     part = "a command of 0 to 1"

@@ -69,6 +69,8 @@ BAD = {
     "robot": (GOOD.replace("crazyflie", "crazyfly"), "case 'one'.*did you mean 'crazyflie'"),
     "task": (GOOD.replace('"circle"', '"park"'), "case 'one'.*needs a robot with the field 'heading'"),
     "option": (GOOD + "options = { size = 3 }\n", "case 'one'.*size"),
+    "words for a place": (GOOD.replace('"circle"', '"hover"') + 'options = { goal = ["a", "b", "c"] }\n', "case 'one'"),
+    "a list for columns": (GOOD.replace('"circle"', '"regulate"') + "options = { goal = [1] }\n", "case 'one'"),
     "effect": (GOOD + 'effects = [{ effect = "winds", fx = 0.1 }]\n', "case 'one'.*did you mean 'wind'"),
     "parameter": (GOOD + 'effects = [{ effect = "wind", fw = 0.1 }]\n', "case 'one'.*fw"),
     "no number": (GOOD + 'effects = [{ effect = "wind", fx = true }]\n', "wind, fx to be a finite number, found True"),

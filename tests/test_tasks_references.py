@@ -192,6 +192,14 @@ def test_paths_that_nobody_can_follow_are_refused(robot_name: str, name: str, op
         make_task(name, ROBOTS[robot_name], **options)
 
 
+@pytest.mark.parametrize(
+    "options", [{"duration": 0}, {"duration": np.nan}, {"spread": np.inf}, {"goal": {"z": np.nan}}]
+)
+def test_a_goal_that_is_no_number_is_refused(options: dict) -> None:
+    with pytest.raises(ShapeError, match="task 'regulate': expected"):
+        make_task("regulate", ROBOTS["crazyflie"], **options)
+
+
 def test_places_are_all_of_their_numbers() -> None:
     with pytest.raises(ShapeError, match="3 finite numbers"):
         make_task("hover", ROBOTS["crazyflie"], goal=(1.0, 2.0))

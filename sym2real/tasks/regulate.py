@@ -6,9 +6,10 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from sym2real.errors import ShapeError
 from sym2real.robots.robot import Robot
 from sym2real.tasks.cost import tracking_cost
-from sym2real.tasks.task import Task
+from sym2real.tasks.task import Task, require_positive
 from sym2real.trajectory import Array
 
 DURATION = 8.0  # s
@@ -28,10 +29,14 @@ def regulate(
 
     Raises:
         UnknownNameError: for a column that the robot does not have.
+        ShapeError: for a goal or spread that is no finite number, or a duration that is not positive.
     """
+    require_positive("regulate", duration=duration)
     layout, wanted = robot.layouts.state, robot.start.copy()
     for column, value in (goal or {}).items():
         wanted[layout.index(column)] = value
+    if not np.isfinite([spread, *wanted]).all():
+        raise ShapeError(f"task 'regulate': expected finite numbers as goal and spread, found {goal} and {spread}")
 
     def reference(time: Tensor) -> Tensor:
         return torch.as_tensor(wanted, dtype=time.dtype).expand(*time.shape, -1)

@@ -162,7 +162,7 @@ def _case(file: Path, row: Mapping[str, Any]) -> Case:
     case = Case(**given)
     try:
         require_possible(case)
-    except (Sym2RealError, TypeError, OverflowError) as error:
+    except (Sym2RealError, AttributeError, OverflowError, TypeError, ValueError) as error:
         raise DataError(file, f"{where} that its robot can have", str(error)) from error
     return case
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,15 +11,26 @@ import pytest
 import torch
 from reference_models import flying, late, motor_lagged
 
-from sym2real.control import MPPI, RandomCommands
+from sym2real.control import MPPI, RandomCommands, geometric_controller
+from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.windows import predict_windows
 from sym2real.effects.filters import FilterState, with_hidden_start
 from sym2real.errors import DataError, ShapeError
 from sym2real.layout import Layout, Layouts
 from sym2real.native import find_compiler
-from sym2real.neural import Composed, Ensemble, ResidualMLP, load_residual, open_model, save_model
+from sym2real.neural import (
+    Composed,
+    Descent,
+    Ensemble,
+    EnsembleTraining,
+    ResidualMLP,
+    ResidualTraining,
+    load_residual,
+    open_model,
+    save_model,
+)
 from sym2real.neural.storage import network_file
-from sym2real.plants import ModelPlant, run_episode
+from sym2real.plants import ModelPlant, MujocoPlant, run_episode
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
 from sym2real.symbolic import Equations, compile_model, rollout
 from sym2real.tasks import make_task
@@ -60,6 +71,34 @@ def test_time_goes_on_below_a_residual_too() -> None:
     for inputs in (None, torch.tensor([0.0, 0.7]), torch.linspace(0.0, 2.0, 20).unflatten(0, (10, 2))):
         expected = compile_model(equations).rollout(state, actions, inputs)
         torch.testing.assert_close(rollout(composed, state, actions, inputs), expected)
+
+
+@pytest.fixture
+def doubled() -> Iterator[None]:
+    torch.set_default_dtype(torch.float64)
+    yield
+    torch.set_default_dtype(torch.float32)
+
+
+def test_plans_are_the_same_whatever_the_programs_precision(request: pytest.FixtureRequest) -> None:
+    task = make_task("circle", MUSHR)
+    models = (compile_model(MUSHR.nominal()), Composed(MUSHR.nominal(), lively(MUSHR, (8,))))
+    plans = []
+    for _ in range(2):
+        planners = [MPPI(model, MUSHR, task) for model in models]
+        plans.append([[planner.act(MUSHR.start, step) for step in range(3)] for planner in planners])
+        request.getfixturevalue("doubled")
+    np.testing.assert_array_equal(*plans)
+
+
+@pytest.mark.usefixtures("doubled")
+def test_networks_train_whatever_the_programs_precision() -> None:
+    task, descent = make_task("circle", MUSHR), Descent(steps=10)
+    controller = geometric_controller(MUSHR, task.reference)
+    transitions = Dataset([run_episode(MujocoPlant(MUSHR), controller, task, steps=60)]).transitions()
+    trained = ResidualTraining(widths=(8,), steps=5, descent=descent).fit(transitions, MUSHR.nominal())
+    ensemble = EnsembleTraining(members=2, widths=(8,), descent=descent).fit(transitions)
+    assert {weight.dtype for model in (trained.residual, ensemble) for weight in model.parameters()} == {torch.float32}
 
 
 def test_a_model_of_another_precision_leaves_the_first_as_it_was() -> None:

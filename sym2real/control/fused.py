@@ -50,7 +50,7 @@ class FusedStep:
     def __call__(self, given: Call) -> tuple[Tensor, Tensor, int]:
         """The new mean ``# (H, action)``, costs ``# (N,)``, and the number of rollouts that were not finite."""
         plan, pointer = self._plan, self._operands.pointer
-        costs, following = torch.empty(self.samples), torch.empty(self.shape)
+        costs, following = (torch.empty(size, dtype=torch.float32) for size in ((self.samples,), self.shape))
         plan.state, plan.inputs = pointer("state", given.state), pointer("inputs", given.inputs)
         plan.reference, plan.mean = pointer("reference", given.reference), following.data_ptr()
         plan.noise = pointer("noise", given.noise)
@@ -66,6 +66,6 @@ class FusedStep:
         """The noise ``# (N, H, action)`` of a call."""
         plan = self._plan
         plan.seed, plan.call, plan.noise = seed & 0xFFFFFFFF, call & 0xFFFFFFFF, None
-        found = torch.empty(self.samples, *self.shape)
+        found = torch.empty(self.samples, *self.shape, dtype=torch.float32)
         self._library.noise_of(self._address, self._scratch_address, found.data_ptr())
         return found

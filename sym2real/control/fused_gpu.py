@@ -55,15 +55,15 @@ class FusedGpuStep:
         self._plan = arguments_of(step, sizes, self._constants)
         self._operands = Operands(step, sizes, device)
         self.shapes = self._operands.shapes
-        self._tracks = torch.empty(*self.shape, sizes.samples, device=device)
-        self._draws = torch.empty(self._plan.draws, self.shape[1], sizes.samples, device=device)
+        self._tracks = torch.empty(*self.shape, sizes.samples, device=device, dtype=torch.float32)
+        self._draws = torch.empty(self._plan.draws, self.shape[1], sizes.samples, device=device, dtype=torch.float32)
 
     def __call__(self, given: Call) -> tuple[Tensor, Tensor, int]:
         """The new mean ``# (H, action)``, costs ``# (N,)``, and the number of rollouts that were not finite."""
         plan, pointer = self._plan, self._operands.pointer
         pointer("mean", given.mean)
         before = shift(given.mean, given.steps).contiguous()
-        costs = torch.empty(self.samples, device=self.device)
+        costs = torch.empty(self.samples, device=self.device, dtype=torch.float32)
         read = {**given._asdict(), "mean": before}
         for name in self.shapes:
             setattr(plan, name, pointer(name, read[name]))

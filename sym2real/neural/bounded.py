@@ -25,7 +25,7 @@ def bounded(layers: Sequence[Layer], outputs: Tensor) -> list[Layer]:
     low, high = outputs.amin(0), outputs.amax(0)
     low, high = low - BEYOND * (high - low), high + BEYOND * (high - low)
     *below, (weight, bias) = layers
-    unit = torch.eye(len(bias))
+    unit = torch.eye(len(bias), dtype=bias.dtype)
     return [*below, (weight.repeat(1, 2), torch.cat([bias - low, bias - high])), (torch.cat([unit, -unit]), low)]
 
 

@@ -72,6 +72,7 @@ class Ensemble(nn.Module):
         if probabilistic:  # of the logarithm of variances in units of output_scale²
             self.lowest = nn.Parameter(torch.full((self.size,), -10.0))
             self.highest = nn.Parameter(torch.full((self.size,), 0.5))
+        self.float()  # whatever the program's own precision is
 
     def about(self) -> dict[str, Any]:
         """Arguments, beside its columns, that make an ensemble of this shape."""

@@ -18,8 +18,10 @@ class Layer(nn.Module):
     def __init__(self, seen: int, out: int, count: int, generator: torch.Generator) -> None:
         super().__init__()
         bound = (6.0 / seen) ** 0.5
-        self.weight = nn.Parameter(bound * (2 * torch.rand(count, seen, out, generator=generator) - 1))
-        self.bias = nn.Parameter(torch.zeros(count, 1, out))
+        self.weight = nn.Parameter(
+            bound * (2 * torch.rand(count, seen, out, generator=generator, dtype=torch.float32) - 1)
+        )
+        self.bias = nn.Parameter(torch.zeros(count, 1, out, dtype=torch.float32))
 
     def forward(self, values: Tensor) -> Tensor:
         """``# (count, rows, out)`` for ``# (count, rows, seen)``."""

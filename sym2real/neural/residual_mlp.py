@@ -66,6 +66,7 @@ class ResidualMLP(nn.Module):
         self.register_buffer("output_scale", torch.ones(size))
         self.linears = nn.Sequential(*(nn.Linear(i, o) for i, o in zip((seen, *widths), (*widths, size), strict=True)))
         self._begin(seed)
+        self.float()  # whatever the program's own precision is
 
     def about(self) -> dict[str, Any]:
         """Arguments, beside its columns, that make a residual of this shape."""

@@ -140,7 +140,7 @@ class ResidualTraining:
         normal.begin_with(networks, self._residual(layouts, self.widths).layers(), numbers)
         if start is not None:
             normal.begin_with(networks, self._layers_of(start, layouts), numbers[-len(self.penalties) :])
-        penalties, descent = torch.tensor(self.penalties), self.descent
+        penalties, descent = torch.tensor(self.penalties, dtype=torch.float32), self.descent
         looking = replace(descent, steps=round(LOOKING * descent.steps))
         errors = Judged(networks, batch, penalties, descent.rows, self.seed).descend(looking)
         best = int(errors.argmin())

@@ -210,6 +210,14 @@ def test_too_few_rows_are_refused() -> None:
         BeamSearch().fit(data.where(np.arange(len(data)) < 10))
 
 
+def test_equations_with_columns_that_rows_lack_are_not_judged_by_them() -> None:
+    hidden = replace(Layout.of(["lag"]).fields[0], hidden=True)
+    layouts = Layouts(Layout((*Layout.of(["a", "b"]).fields, hidden)), Layout.of(["u"]))
+    equations = Equations.parse(layouts, {"a": "b", "b": "lag", "lag": "u"}, dt=0.1, start={"lag": "u"})
+    with pytest.raises(ShapeError, match="found none of lag"):
+        fit_quality(equations, drawn("ab", "u", lambda v: {"a": v["b"], "b": v["u"]}))
+
+
 def test_engines_are_named() -> None:
     assert list(ENGINES) == ["beam", "pysr", "operon"]
     assert ENGINES["beam"] is BeamSearch

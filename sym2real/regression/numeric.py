@@ -9,6 +9,7 @@ import torch
 from torch import Tensor
 
 from sym2real.dataset import Transitions
+from sym2real.errors import ShapeError
 from sym2real.symbolic import Equations, compile_model
 from sym2real.trajectory import Array
 
@@ -21,9 +22,16 @@ def columns_of(transitions: Transitions) -> dict[str, Array]:
 
 
 def operands(equations: Equations, columns: Mapping[str, Array]) -> list[Tensor]:
-    """State, action and inputs as a compiled model takes them ``# (rows, …)``, by name from columns ``# (rows,)``."""
+    """State, action and inputs as a compiled model takes them ``# (rows, …)``, by name from columns ``# (rows,)``.
+
+    Raises:
+        ShapeError: naming columns of the equations that are not there, such as hidden states, which no log holds.
+    """
     layouts, rows = equations.layouts, len(next(iter(columns.values())))
     groups = (layouts.state, layouts.action, layouts.inputs)
+    missing = [name for group in groups for name in group if name not in columns]
+    if missing:
+        raise ShapeError(f"expected rows with every column of the equations, found none of {', '.join(missing)}")
     return [torch.tensor(np.array([columns[name] for name in group]).reshape(len(group), rows).T) for group in groups]
 
 

@@ -84,6 +84,15 @@ def test_c_computes_what_sympy_does(dtype: torch.dtype) -> None:
             compared(found[:156, column], by_sympy(written, exact[:, :156]), 1e-4)
 
 
+def test_a_sine_over_its_argument_has_a_derivative_at_zero() -> None:
+    at = torch.tensor([[-1e-3], [0.0], [1e-12], [0.5]], dtype=torch.float64, requires_grad=True)
+    found = compile_function([parse_expression("sinc(x)")], [["x"]])(at)
+    (slope,) = torch.autograd.grad(found.sum(), at)
+    x = at.detach()
+    expected = torch.where(x.abs() > 1e-9, (x.cos() - x.sin() / x) / x, 0.0)
+    torch.testing.assert_close(slope, expected, rtol=1e-6, atol=1e-9)
+
+
 @of_each
 def test_texts_read_back_and_a_model_opens_again(written: str) -> None:
     expression = parse_expression(written)

@@ -39,6 +39,7 @@ ELEMENTARY: Mapping[str, Elementary] = {
     "floor": Elementary(sympy.floor, math.floor, "rounded_down"),
     "ceil": Elementary(sympy.ceiling, math.ceil, "rounded_up"),
 }
+NEAR = 1e-9  # below it a sine is its argument
 WRITTEN_OUT: Mapping[type, Callable[..., Expr]] = {  # by the functions above
     sympy.sec: lambda x: 1 / sympy.cos(x),
     sympy.csc: lambda x: 1 / sympy.sin(x),
@@ -48,6 +49,9 @@ WRITTEN_OUT: Mapping[type, Callable[..., Expr]] = {  # by the functions above
     sympy.csch: lambda x: 1 / sympy.sinh(x),
     sympy.coth: lambda x: 1 / sympy.tanh(x),
     sympy.frac: lambda x: x - sympy.floor(x),
-    sympy.sinc: lambda x: sympy.Piecewise((sympy.sin(x) / x, sympy.Ne(x, 0)), (1, True)),
+    # The piece that is not taken must have a derivative too, and 0 / 0 has none.
+    sympy.sinc: lambda x: sympy.Piecewise(
+        (sympy.sin(sympy.Abs(x)) / sympy.Max(sympy.Abs(x), NEAR), sympy.Abs(x) > NEAR), (1, True)
+    ),
     sympy.Heaviside: lambda x, at_0: sympy.Piecewise((0, x < 0), (at_0, sympy.Eq(x, 0)), (1, True)),
 }

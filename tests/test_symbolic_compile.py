@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -25,6 +27,7 @@ from sym2real.symbolic import (
     rollout,
     symbol,
 )
+from sym2real.symbolic.expressions import names_in
 
 NAMES = ("a", "b", "c")
 LAYOUTS = Layouts(
@@ -286,3 +289,32 @@ def test_unknown_names_and_bad_shapes_are_refused() -> None:
         Equations.parse(LAYOUTS, {"x": "x"}, 0.02)
     with pytest.raises(Exception, match="expected the state columns x qw"):
         compile_model(EQUATIONS)(torch.zeros(5), torch.zeros(2))
+
+
+@pytest.fixture
+def hasty() -> Iterator[None]:
+    """Threads that take turns all the time."""
+    usual = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    yield
+    sys.setswitchinterval(usual)
+
+
+@pytest.mark.usefixtures("hasty")
+def test_threads_compile_the_same_equations() -> None:
+    layouts = Layouts.of(["x", "vx", "speed"])
+    for number in range(5):
+        text = Equations.parse(layouts, {"x": f"x + 0.0{number}7*vx", "vx": "speed"}, dt=0.05).to_json()
+        with ThreadPoolExecutor(8) as pool:
+            models = list(pool.map(lambda _, text=text: compile_model(Equations.from_json(text)), range(8)))
+        state, action = torch.ones(2), torch.ones(1)
+        assert len({tuple(model(state, action).tolist()) for model in models}) == 1
+
+
+@pytest.mark.usefixtures("hasty")
+def test_threads_ask_for_the_names_of_many_expressions() -> None:
+    def ask(first: int) -> set[frozenset[str]]:
+        return {names_in(sympy.Add(symbol("x"), first + i, evaluate=False)) for i in range(60_000)}
+
+    with ThreadPoolExecutor(4) as pool:
+        assert set().union(*pool.map(ask, range(0, 400_000, 100_000))) == {frozenset({"x"})}

@@ -7,6 +7,7 @@ import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import lru_cache
+from threading import RLock
 from types import ModuleType
 
 import torch
@@ -21,10 +22,19 @@ from sym2real.symbolic.native_choice import native_rollout
 from sym2real.symbolic.native_rollout import require_broadcast
 from sym2real.symbolic.source import function_source, measured_inputs, model_source
 
+# TorchScript knows classes by their names: two threads that make or script the same one would define it twice.
+_ALONE = RLock()
+
+
+def class_from_source(source: str, name: str) -> type[nn.Module]:
+    """The class that a text defines, the same of the same text."""
+    with _ALONE:
+        return _class_of(source, name)
+
 
 @lru_cache(maxsize=256)
-def class_from_source(source: str, name: str) -> type[nn.Module]:
-    """The class that a text defines. TorchScript reads source through ``linecache``: no file is written."""
+def _class_of(source: str, name: str) -> type[nn.Module]:
+    """TorchScript reads source through ``linecache``: no file is written."""
     label = f"sym2real_generated_{hashlib.sha256(source.encode()).hexdigest()[:16]}"
     file = f"<{label}>"
     linecache.cache[file] = (len(source), None, source.splitlines(keepends=True), file)
@@ -36,7 +46,7 @@ def class_from_source(source: str, name: str) -> type[nn.Module]:
 
 def script(module: nn.Module) -> torch.jit.ScriptModule:
     """TorchScript of a module, without torch's warning that scripting is deprecated."""
-    with warnings.catch_warnings():
+    with _ALONE, warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)
         scripted: torch.jit.ScriptModule = torch.jit.script(module)
     return scripted

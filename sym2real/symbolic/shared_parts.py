@@ -31,11 +31,12 @@ def remembered(function: Callable[[Expr], Result]) -> Callable[[Expr], Result]:
 
     def ask(expression: Expr) -> Result:
         """As the function itself."""
-        if id(expression) not in known:
+        found = known.get(id(expression))
+        if found is None:
             if len(known) >= REMEMBERED:
-                known.clear()
-            known[id(expression)] = (expression, function(expression))
-        return known[id(expression)][1]
+                known.clear()  # also of what another thread has just put there
+            found = known[id(expression)] = (expression, function(expression))
+        return found[1]
 
     return ask
 

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import copy
 import json
 import math
+import pickle
 from collections import Counter
 from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from inspect import isgenerator
+from multiprocessing import get_context
 from typing import Any
 
 import numpy as np
@@ -15,6 +19,7 @@ import pytest
 import sympy
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from reference_models import motor_lagged
 
 from sym2real.errors import ModelError, Sym2RealError, UnknownNameError
 from sym2real.layout import Layout, Layouts
@@ -180,6 +185,14 @@ def test_everything_survives_json() -> None:
     assert again.parameters["mass"] == 0.1 + 0.2  # not 0.3: floats are exact
     assert "thrust = " in again.text()
     assert again.latex()["x"]
+
+
+def test_equations_go_to_other_processes_and_are_copied() -> None:
+    equations = motor_lagged()
+    for other in (pickle.loads(pickle.dumps(equations)), copy.deepcopy(equations)):
+        assert other.to_json() == equations.to_json()
+    with ProcessPoolExecutor(1, get_context("spawn")) as pool:
+        assert pool.submit(Equations.complexity, equations).result() == equations.complexity()
 
 
 def test_substitution_is_simultaneous_and_reaches_quantities() -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from types import MappingProxyType
@@ -243,6 +243,10 @@ class Equations(Predicting):
                 raise UnknownNameError("parameter", name, self.parameters)
         fixed = self.substitute({name: float(value) for name, value in values.items()})
         return replace(fixed, parameters={k: v for k, v in self.parameters.items() if k not in values})
+
+    def __reduce__(self) -> tuple[Callable[[str], Equations], tuple[str]]:
+        """For other processes, and for copies."""
+        return Equations.from_json, (self.to_json(),)
 
     def to_json(self) -> str:
         """Text that :meth:`from_json` reads back without loss."""

@@ -24,6 +24,7 @@ from sym2real.effects import effect
 from sym2real.robots import CRAZYFLIE
 
 WIND = {"fx": 0.02, "fy": -0.01}
+DRAG = {"cx": 0.01, "cy": 0.01, "cz": 0.01}
 
 
 def chosen(keys: tuple[str, ...], *names: str, flights: Dataset | None = None) -> Selection:
@@ -186,6 +187,18 @@ def test_an_effect_that_is_larger_than_what_is_likely_is_told() -> None:
     selection = chosen(("wind",))
     assert not selection.driven_to_bounds()
     assert narrowed(selection, "wind", 0.01).driven_to_bounds() == ["wind"]
+
+
+@pytest.mark.parametrize(("hidden", "stays"), [({"wind": WIND}, False), ({"linear_drag": DRAG}, True)], ids=str)
+def test_what_stands_for_an_effect_that_is_larger_than_likely_gives_way_to_nothing(
+    hidden: dict[str, dict[str, float]], stays: bool
+) -> None:
+    """A drag in its own flights stays, and one in a wind of 0.02 N does not where no more than 0.015 N is likely."""
+    selection = narrowed(chosen(("wind", "linear_drag"), flights=flights_with_all(hidden, count=8)), "wind", 0.015)
+    drag = selection.candidates[1]
+    selection.put([drag], selection.beside([drag], selection.fit).fit)
+    settle(Predicted(selection, selection.problems.problem.library, selection.problems.problem.data))
+    assert selection.chosen == [drag][:stays]
 
 
 def narrowed(selection: Selection, key: str, most: float) -> Selection:

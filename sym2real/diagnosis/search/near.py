@@ -37,12 +37,14 @@ class Place:
         held_out: its loss per fold ``# (folds,)``.
         rivals: what was fitted in the effect's place, inside its bounds, best first; what leaves the effect worth its
             price beside it is not in its place.
+        outdone: whether something at the end of what is likely costs surely less there than the chosen set.
     """
 
     candidate: Candidate
     empty: Fit
     held_out: Tensor
     rivals: Sequence[EffectSet]
+    outdone: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,14 +94,14 @@ class Near:
 def _place(selection: Selection, candidate: Candidate, joined: Mapping[str, float]) -> Place:
     """The place of a chosen effect; of others, by their names, what the set costs with them (``joined``)."""
     rest = selection.set_of(*selection.without(candidate))
-    rivals = [
+    others = [
         other
         for other in selection.larger(rest)
-        if other.candidate is not candidate
-        and joined.get(other.candidate.name, inf) >= other.price
-        and not selection.at_bound(other.fit, other.candidate)
+        if other.candidate is not candidate and joined.get(other.candidate.name, inf) >= other.price
     ]
-    return Place(candidate, rest.fit, rest.held_out, rivals)
+    rivals = [other for other in others if not selection.at_bound(other.fit, other.candidate)]
+    outdone = any(selection.surely_cheaper(other, selection.present) for other in others if other not in rivals)
+    return Place(candidate, rest.fit, rest.held_out, rivals, outdone)
 
 
 def groups_of(near: Near) -> dict[str, tuple[str, ...]]:

@@ -3,8 +3,8 @@
 The others did part of what such an effect had done, or undid it, and are fitted again without it. What was the cheapest
 set of effects beyond chance need not be one any more. And it is one set among those near it: an effect beyond chance
 beside some effects alone is not there for sure. So an effect that is within chance, that has next to no weight against
-none or another one in its place, or that is none within its intervals, which cover the choice of the effects beside it,
-gives way to what is cheapest there, which may be nothing.
+none or another one in its place, that one at the end of what is likely outdoes there, or that is none within its
+intervals, which cover the choice of the effects beside it, gives way to what is cheapest there, which may be nothing.
 """
 
 from __future__ import annotations
@@ -40,7 +40,8 @@ def refuted(selection: Selection) -> Place | None:
     doubtful = [
         place
         for place in near.places
-        if weights[place.candidate.name] < SETTINGS.level
+        if place.outdone
+        or weights[place.candidate.name] < SETTINGS.level
         or not selection.significant(selection.fit, place.candidate)
         or none_within(near, place.candidate)
     ]

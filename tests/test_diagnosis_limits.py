@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from noisy_flights import LEFT_OUT, flights_with
 from standard_set import Case, simulate_case
 
 from sym2real.dataset import Dataset
@@ -14,7 +15,7 @@ from sym2real.diagnosis.predict.candidate import candidates
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.search.select import reported
 from sym2real.effects import applicable, compose, effect
-from sym2real.robots import MUSHR, ROBOTS
+from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS
 
 TRAVEL = 0.15
 # What the nominal car lacks of MuJoCo's, and what a limit is taken for.
@@ -57,18 +58,31 @@ def test_steering_ends_alike_on_both_sides_and_a_motor_does_not(drives: Dataset)
 
 
 @pytest.mark.parametrize(
-    ("sides", "end", "first"),
-    [((-2.0, 0.5), "lower", -1.0), ((-0.5, 2.0), "upper", 1.0), ((-2.0, 1.5), "magnitude", 0.8)],
+    ("sides", "end"),
+    [((-2.0, 0.5), "lower"), ((-0.5, 2.0), "upper"), ((-2.0, 1.5), "magnitude")],
     ids=["held up against gravity", "the other way", "to both sides"],
 )
-def test_a_motor_is_cut_off_where_its_logs_reach(sides: tuple[float, float], end: str, first: float) -> None:
+def test_a_motor_is_cut_off_where_its_logs_reach(sides: tuple[float, float], end: str) -> None:
     """A joint that gravity pulls one way is pushed the other way: its motor's limit is at that end, whichever it is."""
     robot = ROBOTS["cart_pole"]
     limit, values = effect("limit:drive", robot), np.linspace(*sides, 1001)
     free = {parameter.name for parameter in limit.parameters} - {*limit.searching.fixed(limit.body, values, [])}
     assert free == {end}
-    assert limit.searching.starts(limit.body, values)[0] == pytest.approx(first, abs=0.01)
+    starts = limit.searching.starts(limit.body, values)
+    assert len(starts) > 2
+    assert all((sides[0] < start < 0.0) if end == "lower" else (0.0 < start < sides[1] + 0.5) for start in starts)
     assert all(sides[0] < size < sides[1] for size in limit.searching.sizes(limit.body, values))
+
+
+@pytest.mark.parametrize("magnitude", [0.8, 1.2])
+def test_a_limit_of_one_rate_command_is_found_that_the_loop_knows_nothing_of(magnitude: float) -> None:
+    """Without its answer the loop asks for several times as much; the other command, built alike, is not cut off."""
+    base, flights = CRAZYFLIE.nominal(), flights_with("limit:wx_cmd", {"magnitude": magnitude}, 6)
+    assert max(np.abs(flight.column("wx_cmd")).max() for flight in flights) > 3 * magnitude
+    found = diagnose(base, flights, exclude=[pattern for pattern in LEFT_OUT if pattern != "limit:*"])
+    assert {one.effect: one.values for one in found.findings} == {
+        "limit:wx_cmd": {"magnitude": pytest.approx(magnitude, rel=0.05)}
+    }
 
 
 def test_the_travel_of_a_servo_is_found(drives: Dataset) -> None:

@@ -123,7 +123,7 @@ def try_effect(
     beside = {candidate.name: _beside(selection, candidate) for candidate in selection.chosen}
     supported, unneeded = _supported(keys, selection, prepared, beside)
     on_progress("trying other effects in its place")
-    others = [candidate for candidate in prepared.tried if not set(keys) & set(candidate.keys)]
+    others = [candidate for candidate in prepared.tried if candidate.name not in keys]
     rivals = {candidate.name: _rivals(selection, candidate, others) for candidate in selection.chosen}
     on_progress("scoring on held-out data")
     steps = Steps.of(prepared.library, selection, same=held_out is None)
@@ -181,9 +181,9 @@ def _check_fittable(wanted: Effect, equations: Equations) -> None:
 
 
 def _candidate(key: str, library: Library, data: Dataset) -> Candidate:
-    """The effect as a hypothesis: as it competes, or with all its parameters where it would compete as one of two."""
-    whole = Candidate(key, (key,), library.indices(key))
-    return next((candidate for candidate in candidates(library, data) if candidate.keys == (key,)), whole)
+    """The effect as a hypothesis: as it competes, or with all its parameters where it does not."""
+    whole = Candidate(key, library.indices(key))
+    return next((candidate for candidate in candidates(library, data) if candidate.name == key), whole)
 
 
 def _fitted(prepared: Prepared, keys: Sequence[str]) -> tuple[Selection, float]:

@@ -21,10 +21,10 @@ from sym2real.trajectory import Array, Trajectory
 
 # Quantiles of a command at which a plan cuts it off.
 CUT_OFF = (0.99, 0.95, 0.9, 0.75, 0.5, 0.25)
-QUANTILES, PARTS = (0.5, 0.75, 0.9), (0.4, 0.6, 0.8)
+QUANTILES, PARTS = (0.5, 0.75, 0.9), (0.4, 0.8)
 # Part of its largest value to one side that a command reaches to the other where its limits count as alike, and the
 # units of what may: a servo's travel ends alike on both sides, so does a motor's current. A car's speed does not.
-BOTH_WAYS, ALIKE = 0.5, frozenset({"rad", "N", "N m"})
+BOTH_WAYS, ALIKE = 0.5, frozenset({"rad", "rad/s", "N", "N m"})
 
 
 def _parameters(body: Body) -> tuple[Parameter, ...]:
@@ -68,10 +68,16 @@ def _cut_at(body: Body, values: Array, quantiles: Sequence[float]) -> tuple[floa
     return tuple(side * level for level in np.quantile(side * values, quantiles).tolist() if level > 0)
 
 
+def _between(sizes: Array) -> tuple[float, ...]:
+    """From part of a command's mean size to part of its largest, to which a loop may go that knows no limit."""
+    mean, largest = float(sizes.mean()), float(sizes.max())
+    return tuple(np.geomspace(PARTS[0] * mean, PARTS[1] * largest, 4).tolist()) if mean else ()
+
+
 def _starts(body: Body, values: Array) -> tuple[float, ...]:
     """Where a limit may lie. A command that turns is often at its own ends, and no quantile lies between them."""
     if _end(body, values) == "magnitude":
-        return tuple(float(np.abs(values).max()) * part for part in PARTS)
+        return _between(np.abs(values))
     towards = values[values < 0 if _end(body, values) == "lower" else values > 0]
     return _cut_at(body, towards, QUANTILES) if len(towards) else ()
 
@@ -91,7 +97,7 @@ LIMIT = Kind(
     columns="action",
     contradiction=_contradiction,
     searching=Searching(
-        why_not=alone_on("rate command", "motors"),
+        why_not=alone_on("motors"),
         starts=_starts,
         from_null=False,
         fixed=_fixed,

@@ -218,7 +218,7 @@ def _outcome(
     nothing = problems.quadratics([Hypothesis((), library.null)])[0].total
     known, left = candidates(library, data), {}
     for key in rivals:
-        own = [candidate for candidate in known if key in candidate.keys]
+        own = [candidate for candidate in known if candidate.name == key]
         hypotheses = [Hypothesis(one.free, library.null) for one in own]
         hypotheses += [Hypothesis(one.free, one.started(library.null, level)) for one in own for level in one.starts]
         fits = problems.fit(hypotheses, REFIT_STEPS)

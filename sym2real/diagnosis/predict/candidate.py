@@ -19,7 +19,7 @@ from sym2real.effects.inputs import ANGLE, pushed
 from sym2real.effects.voltage import voltage_at_start, with_voltage
 from sym2real.effects.wrench import with_force_inputs
 from sym2real.symbolic import Equations
-from sym2real.vocabulary import RATE_COMMAND, THRUST_COLUMN
+from sym2real.vocabulary import THRUST_COLUMN
 
 
 @dataclass(frozen=True)
@@ -27,8 +27,7 @@ class Candidate:
     """A hypothesis that competes.
 
     Args:
-        name: key of its effect; of the first of several.
-        keys: its effects.
+        name: key of its effect.
         free: slots of its parameters.
         starts: further starting values of the first free parameter; the null value is always one.
         needs_start: the null value is no start, because nothing changes there.
@@ -37,7 +36,6 @@ class Candidate:
     """
 
     name: str
-    keys: tuple[str, ...]
     free: tuple[int, ...]
     starts: tuple[float, ...] = ()
     needs_start: bool = False
@@ -89,24 +87,19 @@ def _library(equations: Equations, keys: tuple[str, ...]) -> Library:
 
 
 def candidates(library: Library, data: Dataset) -> tuple[Candidate, ...]:
-    """What competes: one candidate per effect; the two lateral rate commands as one."""
+    """What competes: one candidate per effect."""
     candidates: list[Candidate] = []
     groups, known = holding(data), [effect.key for effect in applicable(library.equations)]
     exclusive = [group for group in groups if group.of.one_of]
-    twins = _twins(library)
     for key, known_effect in library.effects.items():
         slots = library.indices(key)
-        if not slots or key in twins.values() or (known_effect.searching.swings and not swings(data)):
+        if not slots or (known_effect.searching.swings and not swings(data)):
             continue
         values = values_for(library.equations, known_effect, data)
         fixed = known_effect.searching.fixed(known_effect.body, values, data)
-        keys: tuple[str, ...] = (key,)
-        if key in twins:
-            keys, slots = (key, twins[key]), (*slots, *library.indices(twins[key]))
         candidates.append(
             Candidate(
                 key,
-                keys,
                 free=tuple(slot for slot in slots if library.slots[slot].parameter.name not in fixed),
                 starts=known_effect.searching.starts(known_effect.body, values),
                 needs_start=not known_effect.searching.from_null,
@@ -115,18 +108,6 @@ def candidates(library: Library, data: Dataset) -> tuple[Candidate, ...]:
             )
         )
     return tuple(candidates)
-
-
-def _twins(library: Library) -> dict[str, str]:
-    """Effects on one lateral rate command, with the same on the other: a quadrotor's two are built alike."""
-    found: dict[str, str] = {}
-    for field in library.equations.layouts.action.fields:
-        if field.name == RATE_COMMAND.name and len(field.columns) > 1:
-            first, second = field.columns[:2]
-            ours = {effect.kind: key for key, effect in library.effects.items() if effect.column == first}
-            others = {effect.kind: key for key, effect in library.effects.items() if effect.column == second}
-            found |= {key: others[kind] for kind, key in ours.items() if kind in others}
-    return found
 
 
 def swings(data: Dataset) -> bool:

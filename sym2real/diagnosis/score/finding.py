@@ -99,25 +99,22 @@ def findings(
     shares = shares_of([base, *(stage.total for _, stage in ordered)], problems.whitening.freedom)
     findings = []
     for (candidate, _), share in zip(ordered, shares, strict=True):
-        logs = spread_over_logs(selection, candidate, fit)
-        found = estimates(selection, candidate, fit, near)
-        for key, parameters in found.items():
-            of = library.effects[key]
-            group = tuple(dict.fromkeys((key, *groups.get(candidate.name, ()))))
-            findings.append(
-                Finding(
-                    effect=key,
-                    parameters=parameters,
-                    share=share / len(found),
-                    group=group,
-                    separate_by=of.shown_by if len(group) > 1 else "",
-                    provisional=provisional,
-                    fix=of.fix,
-                    log_spread=logs.get(key, {}),
-                    voltage=_voltage(of),
-                    probability=probabilities.get(candidate.name),
-                )
+        of, key = library.effects[candidate.name], candidate.name
+        group = tuple(dict.fromkeys((key, *groups.get(key, ()))))
+        findings.append(
+            Finding(
+                effect=key,
+                parameters=estimates(selection, candidate, fit, near),
+                share=share,
+                group=group,
+                separate_by=of.shown_by if len(group) > 1 else "",
+                provisional=provisional,
+                fix=of.fix,
+                log_spread=spread_over_logs(selection, candidate, fit),
+                voltage=_voltage(of),
+                probability=probabilities.get(key),
             )
+        )
     return findings
 
 
@@ -202,6 +199,6 @@ def findings_of(result: SearchResult, near: Near | None = None) -> tuple[Finding
     prepared = result.prepared
     groups = {} if near is None else groups_of(near)
     values = findings(result.selection, near, groups, prepared.calibration) if result.selection.chosen else []
-    small = {key for candidate in result.needed.small for key in candidate.keys}
+    small = {candidate.name for candidate in result.needed.small}
     values = [replace(finding, small=finding.effect in small) for finding in values]
     return with_details(values, prepared.library, prepared.swing, prepared.checked.data)

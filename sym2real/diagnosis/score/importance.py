@@ -79,7 +79,7 @@ def _is_trim(selection: Selection, candidate: Candidate) -> bool:
     problem = selection.problems.problem
     slots, found = problem.library.slots, parameter_set(selection, [candidate], selection.fit.values)
     values = {slots[i].parameter.name: float(found[i]) for i in candidate.slots}
-    return all(is_trim(problem.library.effects[key], values, problem.data) for key in candidate.keys)
+    return is_trim(problem.library.effects[candidate.name], values, problem.data)
 
 
 def _windows(selection: Selection) -> Problem:

@@ -55,21 +55,13 @@ def about(value: float, deviation: float, unit: str) -> Estimate:
     return Estimate(value, value - TWO_SIDED * deviation, value + TWO_SIDED * deviation, unit)
 
 
-def estimates(
-    selection: Selection, candidate: Candidate, fit: Fit, near: Near | None
-) -> dict[str, dict[str, Estimate]]:
-    """Values of a chosen candidate in a fit of all, by effect and parameter; intervals cover the choice of near sets.
-
-    Of effects that compete as one, those that are none within their intervals are left out.
-    """
-    by_effect: dict[str, dict[str, Estimate]] = {}
-    there = set()
+def estimates(selection: Selection, candidate: Candidate, fit: Fit, near: Near | None) -> dict[str, Estimate]:
+    """Values of a chosen candidate in a fit of all, by parameter; intervals cover the choice of near sets."""
+    found = {}
     for index, value, half in _around(selection, candidate, fit, near):
-        of, slot = selection.problems.problem.library.slots[index].effect, _parameter(selection, index)
-        by_effect.setdefault(of, {})[slot.name] = Estimate(value, value - half, value + half, slot.unit)
-        if abs(value - slot.null) >= half:
-            there.add(of)
-    return {of: parameters for of, parameters in by_effect.items() if of in there or not there}
+        slot = _parameter(selection, index)
+        found[slot.name] = Estimate(value, value - half, value + half, slot.unit)
+    return found
 
 
 def none_within(near: Near, candidate: Candidate) -> bool:
@@ -111,16 +103,13 @@ def _unresolved(problem: Problem, kind: Kind, slot: Parameter) -> float:
     return timing * (OF_UNEVEN if resampled else WITHIN_A_STEP * kind.lagging) * problem.data.dt
 
 
-def spread_over_logs(selection: Selection, candidate: Candidate, fit: Fit) -> dict[str, dict[str, float]]:
-    """Standard deviation over logs of each parameter when every log fits its own, in its unit; by effect and name."""
+def spread_over_logs(selection: Selection, candidate: Candidate, fit: Fit) -> dict[str, float]:
+    """Standard deviation over logs of each parameter when every log fits its own, in its unit; none for one log."""
     problems = selection.problems
     log = torch.as_tensor(problems.problem.segments.log)
     steps = [problems.best_step(fit.of_segments(log == index)) for index in log.unique()]
     if len(steps) < 2:
         return {}
-    deviation, by_effect = torch.stack(steps).std(dim=0), dict[str, dict[str, float]]()
-    for place, index in zip(selection.places(selection.chosen, candidate), candidate.free, strict=True):
-        slot = problems.problem.library.slots[index]
-        own = by_effect.setdefault(slot.effect, {})
-        own[slot.parameter.name] = float(deviation[place]) * slot.parameter.scale
-    return by_effect
+    deviation, places = torch.stack(steps).std(dim=0), selection.places(selection.chosen, candidate)
+    slots = [_parameter(selection, index) for index in candidate.free]
+    return {slot.name: float(deviation[place]) * slot.scale for place, slot in zip(places, slots, strict=True)}

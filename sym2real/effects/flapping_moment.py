@@ -16,7 +16,9 @@ from sym2real.symbolic import Equations
 def _parameters(body: Body) -> tuple[Parameter, ...]:
     # At 1 m/s the torque is that of the weight at a tenth of a millimetre.
     scale = 1e-4 * GRAVITY * body.numbers.get("mass", 1.0)
-    return tuple(Parameter(name, "N s", null=0.0, low=-50 * scale, high=50 * scale, scale=scale) for name in ("a", "b"))
+    return tuple(
+        Parameter(name, "N s", null=0.0, low=-500 * scale, high=500 * scale, scale=scale) for name in ("a", "b")
+    )
 
 
 def _substitute(equations: Equations, values: Values, body: Body) -> Equations:

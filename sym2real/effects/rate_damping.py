@@ -26,7 +26,7 @@ NAMES = ("dx", "dy", "dz")
 def _parameters(body: Body) -> tuple[Parameter, ...]:
     # The weight at 0.3 mm brakes 1 rad/s; for a Crazyflie a tenth of what its rate loop does.
     scale = 3e-4 * GRAVITY * body.numbers.get("mass", 1.0)
-    return tuple(Parameter(name, "N m s", null=0.0, low=0.0, high=50 * scale, scale=scale) for name in NAMES)
+    return tuple(Parameter(name, "N m s", null=0.0, low=0.0, high=500 * scale, scale=scale) for name in NAMES)
 
 
 def _substitute(equations: Equations, values: Values, body: Body) -> Equations:

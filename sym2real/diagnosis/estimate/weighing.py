@@ -30,7 +30,8 @@ NO_SWING = "nothing in these logs swings at a frequency that is not the path's"
 
 # Times that variances are estimated from over-fitted residuals, each over-fit weighed by the last estimate.
 ROUNDS = 3
-
+# Part of every segment that the first over-fit goes by.
+FIRST = 0.25
 
 CONTRADICTED = "the logs contradict what the plain simulator says of the base's own errors: they are not calibrated"
 ADVICE = "check the units of its commands and its parameters"
@@ -233,13 +234,19 @@ def _whitened(library: Library, data: Dataset) -> Whitened:
 
 
 def whiten(problem: Problem, tried: tuple[Candidate, ...]) -> Whitened:
-    """The covariance of what a fully explained model leaves, from over-fitted residuals."""
+    """The covariance of what a fully explained model leaves, from over-fitted residuals.
+
+    What a model that is far off (an inertia, by twenty times) foretells of whole segments says nothing of the robot's
+    slopes: the over-fit begins with the first part of each (multiple shooting, from short to long).
+    """
     null, segments = problem.library.null, problem.segments
-    spread = Spread.of(problem, null)
-    whitening = estimate(spread, problem.residuals(null[None])[0], segments.noise, segments.channel, alike=True)
-    values = overfitted(Problems.of(problem, whitening), tried, null)
+    values, last = null, None
+    for piece in (Problem(problem.library, problem.data, segments.first(FIRST)), problem):
+        spread, residuals = Spread.of(piece, values), piece.residuals(values[None])[0]
+        whitening = estimate(spread, residuals, segments.noise, segments.channel, alike=True)
+        values = last = overfitted(Problems.of(piece, whitening), tried, null, last)
     problem = _with_likely_starts(problem, spread, whitening, values)
-    spread = Spread.of(problem, null)
+    spread = Spread.of(problem, values)
     for left in reversed(range(ROUNDS)):
         if left < ROUNDS - 1:
             values = overfitted(Problems.of(problem, whitening), tried, null, values)

@@ -50,11 +50,18 @@ SPINNING = replace(
 )
 
 
-def equations(spin: Sequence[int] = (-1, 1, -1, 1), unit: MotorUnit = "command", every: int = EVERY) -> Equations:
-    """What an analyst knows of it, whose motors are told a part of full command or have their speeds measured."""
+def equations(
+    spin: Sequence[int] = (-1, 1, -1, 1), unit: MotorUnit = "command", every: int = EVERY, inertia: float = 1.0
+) -> Equations:
+    """What an analyst knows of it, whose motors are told a part of full command or have their speeds measured.
+
+    ``inertia`` is what the analyst takes for the moments of inertia, by the true ones.
+    """
     thrust = THRUST if unit == "command" else ROTOR_THRUST
     motors = Motors(thrust, unit, torque_per_thrust=TORQUE_PER_THRUST, arm=ARM, spin=tuple(spin))
-    return quadrotor(MASS, INERTIA, interface="motors", motors=motors, dt=FAST * every)
+    return quadrotor(
+        MASS, tuple(inertia * moment for moment in INERTIA), interface="motors", motors=motors, dt=FAST * every
+    )
 
 
 def with_speeds(data: Dataset) -> Dataset:

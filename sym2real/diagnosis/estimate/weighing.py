@@ -237,16 +237,19 @@ def whiten(problem: Problem, tried: tuple[Candidate, ...]) -> Whitened:
     """The covariance of what a fully explained model leaves, from over-fitted residuals.
 
     What a model that is far off (an inertia, by twenty times) foretells of whole segments says nothing of the robot's
-    slopes: the over-fit begins with the first part of each (multiple shooting, from short to long).
+    slopes. So an over-fit to the first part of each goes on to the whole (multiple shooting, from short to long), beside
+    one from no effect; where that leaves more, disturbances spread as the over-fit foretells, not the model.
     """
-    null, segments = problem.library.null, problem.segments
-    values, last = null, None
+    null, segments, fits = problem.library.null, problem.segments, list[torch.Tensor]()
     for piece in (Problem(problem.library, problem.data, segments.first(FIRST)), problem):
-        spread, residuals = Spread.of(piece, values), piece.residuals(values[None])[0]
+        spread, residuals = Spread.of(piece, null), piece.residuals(null[None])[0]
         whitening = estimate(spread, residuals, segments.noise, segments.channel, alike=True)
-        values = last = overfitted(Problems.of(piece, whitening), tried, null, last)
+        problems = Problems.of(piece, whitening)
+        fits = [overfitted(problems, tried, null), *(overfitted(problems, tried, null, fit) for fit in fits)]
+    best = int(problems.totals(fits).argmin())
+    values = fits[best]
     problem = _with_likely_starts(problem, spread, whitening, values)
-    spread = Spread.of(problem, values)
+    spread = Spread.of(problem, values if best else null)
     for left in reversed(range(ROUNDS)):
         if left < ROUNDS - 1:
             values = overfitted(Problems.of(problem, whitening), tried, null, values)

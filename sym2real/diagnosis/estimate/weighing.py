@@ -237,8 +237,8 @@ def whiten(problem: Problem, tried: tuple[Candidate, ...]) -> Whitened:
     """The covariance of what a fully explained model leaves, from over-fitted residuals.
 
     What a model that is far off (an inertia, by twenty times) foretells of whole segments says nothing of the robot's
-    slopes. So an over-fit to the first part of each goes on to the whole (multiple shooting, from short to long), beside
-    one from no effect; where that leaves more, disturbances spread as the over-fit foretells, not the model.
+    slopes. So an over-fit to the first part of each goes on to the whole (multiple shooting, from short to long),
+    beside one from no effect; where that leaves more, disturbances spread as the over-fit foretells, not the model.
     """
     null, segments, fits = problem.library.null, problem.segments, list[torch.Tensor]()
     for piece in (Problem(problem.library, problem.data, segments.first(FIRST)), problem):

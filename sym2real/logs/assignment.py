@@ -25,6 +25,7 @@ LEVEL = ("east", "north")
 # A heading as this package writes it, the measured one and where it should be.
 HEADINGS = (("sin_yaw", "cos_yaw"), ("ref_sin_yaw", "ref_cos_yaw"))
 LETTERS = {"p": "x", "q": "y", "r": "z"}
+ALONG_BODY = ("u", "v", "w")  # velocities in aeronautics, beside p, q, r
 
 
 @dataclass
@@ -98,7 +99,7 @@ def within(found: Assignment, layouts: Layouts) -> Assignment:
 
 
 def _compass(names: Sequence[str]) -> dict[str, Named]:
-    """Names that differ in a direction of the compass alone, all three there: ``v_n``, ``v_e``, ``v_d``.
+    """Names that differ in a direction of the compass alone, all three there: ``v_n``, ``v_e``, ``v_d``; or u, v, w.
 
     Where no name goes up or down, east and north are enough.
     """
@@ -106,10 +107,11 @@ def _compass(names: Sequence[str]) -> dict[str, Named]:
     written = {name.lower(): name for name in names}  # ArduPilot's PN, PE, PD
     level = not any(re.search(r"up|down", name, re.IGNORECASE) for name in names)
     for name in names:
-        for axes in (*COMPASS, LEVEL) if level else COMPASS:
+        for axes in (*COMPASS, ALONG_BODY, LEVEL) if level else (*COMPASS, ALONG_BODY):
             match = re.fullmatch(rf"(.*?){axes[0]}((?:_[a-z]+)?)", name, re.IGNORECASE)
             alike = [written.get(f"{match[1]}{axis}{match[2]}".lower(), "") for axis in axes] if match else []
-            meant = [read_name(f"{match[1]}{axis}{match[2]}") for axis in "xyz"[: len(axes)]] if match else []
+            standard = ("vx", "vy", "vz") if axes is ALONG_BODY else "xyz"[: len(axes)]
+            meant = [read_name(f"{match[1]}{axis}{match[2]}") for axis in standard] if match else []
             if alike and all(alike) and all(meant):
                 found |= {column: named for column, named in zip(alike, meant, strict=True) if named}
     return found

@@ -90,12 +90,15 @@ def prepared(model: Equations | DynamicsModel, dataset: Dataset) -> tuple[Dynami
     return MeasuredModel(slow, model=whole), logs
 
 
-def in_columns_of(equations: Equations, log: Trajectory) -> Trajectory:
-    """A log in the columns of the equations; what else was measured and sent stands beside them, as in files.
+def in_columns_of(model: Equations | DynamicsModel, log: Trajectory) -> Trajectory:
+    """A log in the columns of a model's equations; what else was measured and sent stands beside them, as in files.
 
     Raises:
         ShapeError: naming the columns that it lacks.
     """
+    equations = equations_of(model)
+    if equations is None:
+        return log
     state, action = visible_state(equations), equations.layouts.action
     if (state, action) == (log.layouts.state, log.layouts.action):
         return log

@@ -41,9 +41,8 @@ def long_enough(data: Logs, model: Equations | DynamicsModel | None = None) -> D
     for log in logs:
         require_finite(log)
     if model is not None:
-        equations = equations_of(model)
-        logs = logs if equations is None else [in_columns_of(equations, log) for log in logs]
-        logs = [piece for log in logs for piece in equal_steps(log, equations.dt if equations else None)]
+        dt = equations.dt if (equations := equations_of(model)) else None
+        logs = [piece for log in logs for piece in equal_steps(in_columns_of(model, log), dt)]
     kept, short = [log for log in logs if len(log) > ROWS], [log for log in logs if len(log) <= ROWS]
     if not kept:
         raise ShapeError(f"expected a log of more than {ROWS} rows without a gap, found {rows_of(short) or 'no log'}")

@@ -28,7 +28,8 @@ from sym2real.diagnosis.faults.sanity import check
 from sym2real.diagnosis.faults.sensor_faults import readings
 from sym2real.diagnosis.faults.units import Scaled
 from sym2real.logs.differences import rates_on_time
-from sym2real.robots import CRAZYFLIE, ROBOTS
+from sym2real.robots import CRAZYFLIE, ROBOTS, car
+from sym2real.robots.mushr import WHEELBASE
 from sym2real.trajectory import Array, Trajectory
 from sym2real.vocabulary import ATTITUDE
 
@@ -64,7 +65,7 @@ def listed(robot: str) -> Iterator[Transformation]:
         yield from (Turned(field, angle) for field in ("attitude", "position", "velocity"))
         yield Turned("attitude", np.pi)
         yield from (Late("rate", W, 4, dt), Late("attitude", QUATERNION, 5, dt), Late("position", P, 4, dt))
-        yield Late("commands", ("thrust", *RATE_COMMANDS), 1, dt)
+        yield from (Late("commands", ("thrust", *RATE_COMMANDS), rows, dt) for rows in (1, 4))
     else:
         yield from (exchanged(vectors, *SWAPPED) for vectors in ((P[:2],), (V[:2],), (P[:2], V[:2])))
         yield exchanged((P[:2], V[:2]), *MIRRORED)
@@ -203,6 +204,13 @@ def test_no_effect_is_taken_for_a_mistake(robot: str, key: str, values: dict[str
     data = simulate_case(Case(robot, ((key, values),) if key else (), seed=72), trajectories=3, rows=260)
     assert mistakes(ROBOTS[robot].nominal(), data) == []
     assert bad_rows(data) == []
+
+
+@pytest.mark.parametrize("time_constant", [0.04, 0.08])
+def test_a_speed_that_is_told_in_another_unit_mirrors_no_velocity(time_constant: float) -> None:
+    """Four times the speed is too far ahead: with a velocity of the other sign a fast loop would go just right."""
+    model = car(WHEELBASE, time_constant=time_constant, dt=ROBOTS["mushr"].dt)
+    assert mistakes(model, times(healthy("mushr"), {"speed": 3.6})) == []
 
 
 def test_a_mirrored_command_is_seen_by_a_model_with_hidden_states() -> None:

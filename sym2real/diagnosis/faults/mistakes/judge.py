@@ -21,8 +21,8 @@ from sym2real.trajectory import Array
 from sym2real.vocabulary import POSITION
 
 MOST = 3  # mistakes in one set of logs
-# That commands may be written late by; as many as a delay may take where less than none.
-COMMAND_ROWS = range(-SHIFTED, 3)
+# That commands may be written late by, or take effect after.
+COMMAND_ROWS = range(-SHIFTED, SHIFTED + 1)
 ROUNDING = 1e-6  # of the squares
 Gain = tuple[float, Breach]  # by how much the squares missed fall over all quantities, and what is undone
 

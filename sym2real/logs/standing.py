@@ -1,0 +1,79 @@
+"""Rows in which a robot with rotors stands on something, which carries it: no flight, whatever its model lacks.
+
+Who pushes with less than half of what carries it falls with more than half of gravity, or stands. What is usual the log
+itself tells, so that a wrong mass, thrust map or unit of thrust changes nothing. On its way up and down it
+stands as long as it is no higher.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sym2real.layout import motors_of
+from sym2real.logs.dropouts import LEFT_OUT
+from sym2real.logs.units import GRAVITY
+from sym2real.trajectory import Array, Trajectory
+from sym2real.vocabulary import HEIGHT, THRUST
+
+WEAK = 0.5  # of the usual thrust
+FALLING = 0.25  # of gravity
+LEAST = 0.2  # s of little thrust; at half of gravity it falls 0.1 m
+LIFTED = 0.03  # m above where it stands
+
+Rows = NDArray[np.bool_]
+
+
+def in_flight(log: Trajectory) -> list[Trajectory]:
+    """The stretches of a log in which nothing but its rotors carries it; the log itself where nobody can tell."""
+    push = _push(log)
+    if push is None or HEIGHT not in log.layouts.state:
+        return [log]
+    standing = _standing(push, log.column(HEIGHT), log.dt)
+    flown = _stretches(~standing)
+    if not standing.any() or not flown:
+        return [log]
+    where = ", ".join(f"{start + 1} to {stop}" for start, stop in _stretches(standing))
+    note = f"{LEFT_OUT}, in which it stands (with less than half of its usual thrust it does not fall): {where}"
+    names = [log.name if len(flown) == 1 else f"{log.name}#{number}" for number in range(1, len(flown) + 1)]
+    pieces = [replace(log.rows(*rows), name=name) for rows, name in zip(flown, names, strict=True)]
+    return [replace(pieces[0], notes=(*log.notes, note)), *pieces[1:]]
+
+
+def _push(log: Trajectory) -> Array | None:
+    """What the rotors are told ``# (rows,)``, in any unit; None where nobody tells them."""
+    told = motors_of(log.layouts.action) or tuple(name for name in log.layouts.action if name in THRUST.columns)
+    return log.action[:, log.layouts.action.indices(told)].mean(axis=1) if told and len(log) > 1 else None
+
+
+def _standing(push: Array, height: Array, dt: float) -> Rows:
+    usual = push[push >= WEAK * np.percentile(push, 95)].mean()
+    found = np.zeros(len(push), dtype=bool)
+    for start, stop in _stretches(push < WEAK * usual):
+        if (stop - start) * dt < LEAST or _falls(height[start:stop], dt):
+            continue
+        near = _stretches(height < np.median(height[start:stop]) + LIFTED)
+        found[start:stop] = True
+        for first, last in near:
+            if first < stop and start < last:
+                found[first:last] = True
+    return found
+
+
+def _falls(height: Array, dt: float) -> bool:
+    """Whether it accelerates downwards, or noise hides whether it does: by a parabola."""
+    time = dt * np.arange(len(height))
+    if len(height) < 5:
+        return True
+    design = np.stack([np.ones(len(time)), time, time**2 / 2], axis=1)
+    found, squares, _, _ = np.linalg.lstsq(design, height)
+    variance = (squares.sum() / (len(height) - 3)) * np.linalg.inv(design.T @ design)[2, 2]
+    return bool(found[2] - 2.0 * np.sqrt(variance) < -FALLING * GRAVITY)
+
+
+def _stretches(rows: Rows) -> list[tuple[int, int]]:
+    """First row and the row after the last of every stretch of true ones."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], rows, [False]])))
+    return [(int(start), int(stop)) for start, stop in edges.reshape(-1, 2)]

@@ -1,4 +1,4 @@
-"""A robot with rotors that stands: its rows are left out, and no flight is, however little it is pushed."""
+"""Robots that stand: such rows are left out, but no flight is, however little it is pushed, and no stop of a moment."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from noisy_flights import flights
 from sym2real import compare
 from sym2real.dataset import Dataset
 from sym2real.layout import Layouts
-from sym2real.logs.standing import in_flight
+from sym2real.logs.standing import in_motion
 from sym2real.robots import CRAZYFLIE
 from sym2real.trajectory import Array, Trajectory
 
@@ -55,7 +55,7 @@ def take_off() -> tuple[Array, int, int]:
 @pytest.mark.parametrize("columns", [COLUMNS, "x y z vx vy vz motor1 motor2 motor3 motor4"])
 def test_what_is_between_two_stands_is_the_flight(unit: float, columns: str) -> None:
     push, first, last = take_off()
-    (flown,) = in_flight(hopped(push, unit, columns))
+    (flown,) = in_motion(hopped(push, unit, columns))
     start, stop = round(flown.time[0] / STEP), round(flown.time[-1] / STEP)
     assert first <= start <= first + 8
     assert last - 8 <= stop <= last
@@ -69,16 +69,46 @@ def test_who_falls_flies() -> None:
     push = np.concatenate([np.full(60, 1.25), np.full(60, 0.75), np.full(25, 0.1), np.full(25, 1.9), np.ones(60)])
     log = hopped(push)
     assert log.column("z")[100:].min() > FLOOR + 0.5
-    assert in_flight(log) == [log]
+    assert in_motion(log) == [log]
+
+
+def driven(told: Array, *, rolls: float = 0.0) -> Trajectory:
+    """A car that follows its speed within 0.1 s and, told to stand, may roll on at a speed."""
+    speed, place, found = 0.0, 0.0, []
+    for wanted in told:
+        found.append((place, 0.0, speed, 0.0))
+        speed += (max(wanted, rolls) - speed) * (1 - np.exp(-STEP / 0.1))
+        place += speed * STEP
+    state = np.array(found) + np.random.default_rng(6).normal(0.0, 2e-3, (len(told), 4))
+    steer = 0.2 * np.sin(np.arange(len(told)))
+    return Trajectory.from_arrays(
+        state, np.stack([steer, told], axis=1), Layouts.of(["x", "y", "vx", "vy", "steer", "speed"]), dt=STEP
+    )
+
+
+def test_a_car_that_waits_is_left_out_but_for_a_moment() -> None:
+    wait, go = np.zeros(200), np.full(150, 1.2)
+    first, second = in_motion(driven(np.concatenate([wait, go, wait, go])))
+    moment = 0.5 / STEP
+    assert first.time[0] / STEP == pytest.approx(200 - moment, abs=1)
+    assert first.time[-1] / STEP == pytest.approx(350 + moment, abs=30)  # it brakes meanwhile
+    assert second.time[0] / STEP == pytest.approx(550 - moment, abs=1)
+    assert "it stands (as it is told)" in first.notes[0]
+
+
+@pytest.mark.parametrize(("stopped", "rolls"), [(60, 0.0), (300, 0.15)], ids=["stop of a moment", "rolls on"])
+def test_a_car_that_does_not_rest_is_no_waiting_one(stopped: int, rolls: float) -> None:
+    log = driven(np.concatenate([np.full(100, 1.2), np.zeros(stopped), np.full(100, 1.2)]), rolls=rolls)
+    assert in_motion(log) == [log]
 
 
 def test_flights_and_drives_stay_as_they_are() -> None:
     log = flights()[0]
-    assert in_flight(log) == [log]
+    assert in_motion(log) == [log]
     drive = Trajectory.from_arrays(
         np.zeros((50, 4)), np.zeros((50, 2)), Layouts.of(["x", "y", "vx", "vy", "steer", "speed"]), dt=0.05
     )
-    assert in_flight(drive) == [drive]
+    assert in_motion(drive) == [drive]
 
 
 def test_a_log_from_before_the_take_off_is_judged_by_its_flight() -> None:

@@ -10,7 +10,7 @@ from sym2real.experiments.measured import step_of
 from sym2real.logs import LogSpec, read_logs
 from sym2real.logs.dropouts import LEFT_OUT
 from sym2real.logs.reader import logs_of, read_each
-from sym2real.logs.standing import in_flight
+from sym2real.logs.standing import in_motion
 from sym2real.logs.units import UNITS
 from sym2real.robots import fit_thrust_per_unit, quadrotor
 from sym2real.robots.motors import MotorUnit
@@ -60,7 +60,7 @@ def thrust_of_log(
         raise DataError(path, "one log to fit the thrust on", f"a folder of {len(logs)}")
     step = dt or step_of(read_each(logs, spec, layouts, None))
     read = read_logs(path, spec=spec, layouts=layouts, dt=step, upsample=True)
-    pieces = tuple(flown for log in read for flown in in_flight(log))
+    pieces = tuple(flown for log in read for flown in in_motion(log))
     log = max(pieces, key=len)
     counted = _unit(path, log, spec, unit)
     notes = [] if dt is not None else [f"time step {step:g} s, the log's own (--dt takes another)"]

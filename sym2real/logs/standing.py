@@ -1,8 +1,10 @@
-"""Rows in which a robot with rotors stands on something, which carries it: no flight, whatever its model lacks.
+"""Rows in which a robot stands: they say nothing of how it moves, and many of them make what moves look odd.
 
-Who pushes with less than half of what carries it falls with more than half of gravity, or stands. What is usual the log
-itself tells, so that a wrong mass, thrust map or unit of thrust changes nothing. On its way up and down it
-stands as long as it is no higher.
+With rotors it stands on something, which carries it: no flight, whatever its model lacks. Who pushes with less than
+half of what carries it falls with more than half of gravity, or stands. What is usual the log itself tells, so that a
+wrong mass, thrust map or unit of thrust changes nothing. On its way up and down it stands as long as it is no higher.
+
+On wheels it stands where it is told to and does, but for a moment before it goes and after it came.
 """
 
 from __future__ import annotations
@@ -16,36 +18,59 @@ from sym2real.layout import motors_of
 from sym2real.logs.dropouts import LEFT_OUT
 from sym2real.logs.units import GRAVITY
 from sym2real.trajectory import Array, Trajectory
-from sym2real.vocabulary import HEIGHT, THRUST
+from sym2real.vocabulary import HEIGHT, POSITION, THRUST
 
+LEVEL = POSITION.columns[:2]
 WEAK = 0.5  # of the usual thrust
 FALLING = 0.25  # of gravity
 LEAST = 0.2  # s of little thrust; at half of gravity it falls 0.1 m
 LIFTED = 0.03  # m above where it stands
+REST, BESIDE = 1.0, 0.5  # s of rest that are left out at least; s of it that stay, before it goes and after it came
+AWAY = 0.03  # m from where it rests
+STILL = 1e-3  # of the largest speed that it is told
 
 Rows = NDArray[np.bool_]
 
 
-def in_flight(log: Trajectory) -> list[Trajectory]:
-    """The stretches of a log in which nothing but its rotors carries it; the log itself where nobody can tell."""
-    push = _push(log)
-    if push is None or HEIGHT not in log.layouts.state:
+def in_motion(log: Trajectory) -> list[Trajectory]:
+    """The stretches of a log in which it flies or drives; the log itself where nobody can tell."""
+    if (push := _push(log)) is not None and HEIGHT in log.layouts.state:
+        standing, why = _standing(push, log.column(HEIGHT), log.dt), "with little of its usual thrust it does not fall"
+    elif (told := _drive(log)) is not None:
+        standing, why = _resting(told, np.stack([log.column(axis) for axis in LEVEL], axis=1), log.dt), "as it is told"
+    else:
         return [log]
-    standing = _standing(push, log.column(HEIGHT), log.dt)
-    flown = _stretches(~standing)
-    if not standing.any() or not flown:
+    moving = _stretches(~standing)
+    if not standing.any() or not moving:
         return [log]
     where = ", ".join(f"{start + 1} to {stop}" for start, stop in _stretches(standing))
-    note = f"{LEFT_OUT}, in which it stands (with less than half of its usual thrust it does not fall): {where}"
-    names = [log.name if len(flown) == 1 else f"{log.name}#{number}" for number in range(1, len(flown) + 1)]
-    pieces = [replace(log.rows(*rows), name=name) for rows, name in zip(flown, names, strict=True)]
-    return [replace(pieces[0], notes=(*log.notes, note)), *pieces[1:]]
+    names = [log.name if len(moving) == 1 else f"{log.name}#{number}" for number in range(1, len(moving) + 1)]
+    pieces = [replace(log.rows(*rows), name=name) for rows, name in zip(moving, names, strict=True)]
+    return [replace(pieces[0], notes=(*log.notes, f"{LEFT_OUT}, in which it stands ({why}): {where}")), *pieces[1:]]
 
 
 def _push(log: Trajectory) -> Array | None:
     """What the rotors are told ``# (rows,)``, in any unit; None where nobody tells them."""
     told = motors_of(log.layouts.action) or tuple(name for name in log.layouts.action if name in THRUST.columns)
     return log.action[:, log.layouts.action.indices(told)].mean(axis=1) if told and len(log) > 1 else None
+
+
+def _drive(log: Trajectory) -> Array | None:
+    """The largest speed that its wheels are told ``# (rows,)``, in any unit; None where they are told none."""
+    units = log.layouts.action.units
+    told = log.layouts.action.indices(name for name, unit in units.items() if unit in {"m/s", "rad/s"})
+    planar = {*LEVEL} <= {*log.layouts.state} and HEIGHT not in log.layouts.state
+    return np.abs(log.action[:, told]).max(axis=1) if told and planar and len(log) > 1 else None
+
+
+def _resting(told: Array, place: Array, dt: float) -> Rows:
+    found, beside = np.zeros(len(told), dtype=bool), round(BESIDE / dt)
+    for start, stop in _stretches(told <= STILL * told.max()):
+        away = np.linalg.norm(place[start:stop] - np.median(place[(start + stop) // 2 : stop], axis=0), axis=1) > AWAY
+        first = start + int(np.max(np.flatnonzero(away), initial=-1)) + 1
+        first, last = first + beside * (first > 0), stop - beside * (stop < len(told))
+        found[first:last] = (last - first) * dt >= REST
+    return found
 
 
 def _standing(push: Array, height: Array, dt: float) -> Rows:

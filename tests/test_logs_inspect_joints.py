@@ -75,6 +75,13 @@ def test_a_command_of_equations_of_ones_own_may_be_called_after_any_quantity() -
     assert matching.found["accel"].source == "accel_cmd"
 
 
+def test_a_speed_of_a_wheel_that_nobody_called_a_command_is_a_line_to_fill_in() -> None:
+    robot = ROBOTS["differential_drive"]
+    matching = match_own(("t", "x_mm", "left_rpm", "right_rpm"), robot.layouts, robot.moved)
+    assert not {"left", "right"} & {*matching.found}
+    assert matching.open["left"] == "it may be 'left_rpm', whose name does not say that it was sent"
+
+
 def test_joints_go_by_their_names_and_servos_by_what_is_wanted() -> None:
     arm = ROBOTS["arm"].layouts
     names = ["waist_pos", "shoulder/velocity", "waist_cmd", "elbow_effort", "elbow"]

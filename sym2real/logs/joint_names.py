@@ -139,6 +139,13 @@ def match_own(columns: Sequence[str], layouts: Layouts, moved: Mapping[str, str]
     turned = {rates[joint]: joint for joint in places}
     _match(result, log, turned, lambda name, _: name.quantity == "rate" and not name.wanted)
     _match(result, log, actions, may_be_told, told=True)
+    used = {match.source for match in result.found.values()}
+    for action, joint in actions.items():
+        meant = {TOLD.get(units[action], "force"), ""}
+        left = [name for name in log if name.text not in used and name.quantity in meant]
+        if action not in {*result.found, *result.open} and (alike := _alike({action, joint}, left, log)):
+            listed = " or ".join(repr(name.text) for name in alike)
+            result.open[action] = f"it may be {listed}, whose name does not say that it was sent"
     # Columns of the model without a meaning of their own, such as coordinates whose rate it does not hold, too.
     for column in own:
         if column not in result.found:

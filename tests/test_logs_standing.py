@@ -64,6 +64,16 @@ def test_what_is_between_two_stands_is_the_flight(unit: float, columns: str) -> 
     assert "it stands" in note
 
 
+def test_who_is_dropped_stands_once_it_lies() -> None:
+    """From half a metre, 0.3 s of fall in a stretch of one push."""
+    push = np.concatenate([np.repeat([1.3, 0.7], 18), np.ones(60), np.full(50, 0.05)])
+    log = hopped(push)
+    fallen = int(np.flatnonzero(hop(push, noise=0.0)[0][100:] <= FLOOR)[0]) + 100
+    assert log.column("z")[90] > 0.3
+    (flown,) = in_motion(log)
+    assert fallen - 12 <= round(flown.time[-1] / STEP) <= fallen
+
+
 def test_who_falls_flies() -> None:
     """Half a second with a tenth of the weight, high up."""
     push = np.concatenate([np.full(60, 1.25), np.full(60, 0.75), np.full(25, 0.1), np.full(25, 1.9), np.ones(60)])

@@ -23,7 +23,7 @@ from sym2real.vocabulary import HEIGHT, POSITION, THRUST
 LEVEL = POSITION.columns[:2]
 WEAK = 0.5  # of the usual thrust
 FALLING = 0.25  # of gravity
-LEAST = 0.2  # s of little thrust; at half of gravity it falls 0.1 m
+LEAST, FEWEST = 0.2, 5  # s of little thrust, in which it falls 0.1 m at half of gravity; rows for a parabola
 LIFTED = 0.03  # m above where it stands
 REST, BESIDE = 1.0, 0.5  # s of rest that are left out at least; s of it that stay, before it goes and after it came
 AWAY = 0.03  # m from where it rests
@@ -75,23 +75,22 @@ def _resting(told: Array, place: Array, dt: float) -> Rows:
 
 def _standing(push: Array, height: Array, dt: float) -> Rows:
     usual = push[push >= WEAK * np.percentile(push, 95)].mean()
-    found = np.zeros(len(push), dtype=bool)
+    found, least = np.zeros(len(push), dtype=bool), max(round(LEAST / dt), FEWEST)
     for start, stop in _stretches(push < WEAK * usual):
-        if (stop - start) * dt < LEAST or _falls(height[start:stop], dt):
-            continue
-        near = _stretches(height < np.median(height[start:stop]) + LIFTED)
-        found[start:stop] = True
-        for first, last in near:
-            if first < stop and start < last:
-                found[first:last] = True
+        for long in (least, 4 * least):  # who is dropped falls first, and stands then; a rough height needs more rows
+            parts = ((first, first + long) for first in range(start, stop - long + 1, long))
+            if still := [(first, last) for first, last in parts if not _falls(height[first:last], dt)]:
+                break
+        for first, last in still:
+            found[first:last] = True
+            for lowest, highest in _stretches(height < np.median(height[first:last]) + LIFTED):
+                found[lowest:highest] |= lowest < last and first < highest
     return found
 
 
 def _falls(height: Array, dt: float) -> bool:
     """Whether it accelerates downwards, or noise hides whether it does: by a parabola."""
     time = dt * np.arange(len(height))
-    if len(height) < 5:
-        return True
     design = np.stack([np.ones(len(time)), time, time**2 / 2], axis=1)
     found, squares, _, _ = np.linalg.lstsq(design, height)
     variance = (squares.sum() / (len(height) - 3)) * np.linalg.inv(design.T @ design)[2, 2]

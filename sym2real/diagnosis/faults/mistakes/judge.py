@@ -76,8 +76,7 @@ def _late_commands(balances: Balances, data: Dataset) -> Breach | None:
     likely = [step_likelihood(balances.model, of_all(late, data)) for late in tried]
     best = int(np.argmax(likely))
     beside = max(value for late, value in zip(tried, likely, strict=True) if late.rows <= 0)
-    left = np.exp(2.0 * (beside - likely[best]) / sum(map(len, data)))
-    if not left < SETTINGS.mostly:  # or no number
+    if not np.exp(2.0 * (beside - likely[best]) / sum(map(len, data))) < SETTINGS.mostly:  # or no number
         return None
     old, new = (balances(logs).losses.mean(0) for logs in (data, of_all(tried[best], data)))
     most = int(np.argmax(old - new))

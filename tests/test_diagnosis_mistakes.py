@@ -13,6 +13,7 @@ import pytest
 from broken_logs import times
 from noisy_flights import flights
 from paper_robots import PAPER_ROBOTS
+from scipy.signal import lfilter
 from standard_set import Case, simulate_case
 
 from sym2real.dataset import Dataset
@@ -161,6 +162,21 @@ def test_no_rate_is_early_what_it_is_of_is_late(robot: str, late: Late, rate: st
     rows = "1 row|2 rows" if late.what == "position" else "2 rows"
     assert re.match(rf"{late.what} ({rows}) late \({' '.join(late.columns)} by", fault.evidence)
     assert not any(reading.column == rate for reading in readings(of_all(late, broken)))
+
+
+@pytest.mark.parametrize("robot", PAPER_ROBOTS)
+def test_a_velocity_behind_a_filter_is_late_by_what_it_is_and_no_position_early(robot: str) -> None:
+    """Held against the position alone, both would be the same two rows."""
+
+    def filtered(log: Trajectory) -> Trajectory:
+        return log.with_columns({name: slow(log.column(name)) for name in V if name in log.layouts.state})
+
+    def slow(values: Array) -> Array:
+        found: Array = values[0] + lfilter([0.5], [1.0, -0.5], values - values[0])
+        return found
+
+    faults = check(ROBOTS[robot].nominal(), Dataset(map(filtered, healthy(robot)))).faults
+    assert {fault.effect for fault in faults} == {"time_shift:vx", "time_shift:vy"}
 
 
 def test_one_early_rate_among_others_makes_nothing_else_late() -> None:

@@ -10,7 +10,14 @@ from scipy.stats import wilcoxon
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.preparation import present
 from sym2real.diagnosis.faults.fault import Breach
-from sym2real.diagnosis.faults.mistakes.balance import SHIFTED, Balance, Balances, without_arm, without_drag
+from sym2real.diagnosis.faults.mistakes.balance import (
+    BY_VELOCITY,
+    SHIFTED,
+    Balance,
+    Balances,
+    without_arm,
+    without_drag,
+)
 from sym2real.diagnosis.faults.mistakes.listed import mimics, transformations
 from sym2real.diagnosis.faults.mistakes.lost_commands import step_likelihood
 from sym2real.diagnosis.faults.mistakes.transformation import Exchanged, Late, Transformation, Turned, of_all
@@ -99,11 +106,12 @@ def _apart(one: Transformation, other: Transformation) -> bool:
 
 def _judged(balances: Balances, now: Balance, transformation: Transformation, data: Dataset, tried: int) -> Gain | None:
     """What undoing it gains, where that is beyond chance and nothing else becomes worse."""
-    of = balances.inside if isinstance(transformation, Late) else balances
-    then = of(of_all(transformation, data))
+    then = (balances.inside if isinstance(transformation, Late) else balances)(of_all(transformation, data))
     old, new = now.losses.mean(0), then.losses.mean(0)
     better = old - new
-    clear = (old > SETTINGS.far * new) & (new < SETTINGS.mostly)
+    # A velocity behind a filter is none of an early position: what both have in common only speaks against.
+    said = np.array([not name.endswith(BY_VELOCITY) for name in now.names])
+    clear = (old > SETTINGS.far * new) & (new < SETTINGS.mostly) & said
     if not clear.any() or -better.min() > SETTINGS.others_worse * better.max() or _in_all(new) > _in_all(old):
         return None
     if isinstance(transformation, Turned) and transformation.field == "attitude":
@@ -114,7 +122,7 @@ def _judged(balances: Balances, now: Balance, transformation: Transformation, da
     if isinstance(transformation, Late | Turned):
         clear &= without_arm(now) > SETTINGS.far * new
     for other in mimics(transformation, data.layouts.action.columns):
-        mimicked = of(of_all(other, data)).losses.mean(0)
+        mimicked = balances.inside(of_all(other, data)).losses.mean(0)
         clear &= (mimicked > SETTINGS.far * new) & (_in_all(mimicked) > _in_all(new))
     chance = [_chance(now.missed(place), then.missed(place)) if clear[place] else 1.0 for place in range(len(old))]
     most = int(np.argmin(chance))

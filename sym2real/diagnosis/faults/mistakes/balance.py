@@ -32,7 +32,7 @@ from sym2real.vocabulary import ATTITUDE, HEADING, POSITION, VELOCITY
 
 STRETCH, FEWEST_ROWS = 0.4, 4  # s; rows
 SHIFTED = 6  # rows by which columns may be late or early: at the ends of a log nobody knows what they held there
-TURNED, BY_VELOCITY = "turn about {} by its rate", "by velocity"
+TURNED = "turn about {} by its rate"
 LEVEL = 2  # the first components of a world vector lie level, whichever way its axes are turned
 
 
@@ -125,7 +125,7 @@ class Balances:
         if layout.has_field(POSITION.name) and layout.has_field(VELOCITY.name):
             way = _summed(cut[0][0][..., layout.slice(VELOCITY.name)] * data.dt, counts)
             ways = {"level position": way[:, :LEVEL], "upright position": way[:, LEVEL:]}
-            turns |= {f"{of} {BY_VELOCITY}": (measured[:, quantities[of][1]], ways[of]) for of in ways if ways[of].size}
+            turns |= {f"{of} by velocity": (measured[:, quantities[of][1]], ways[of]) for of in ways if ways[of].size}
         return Balance(
             (*quantities, *turns),
             (*(field for field, _ in quantities.values()), *("" for _ in turns)),
@@ -199,7 +199,7 @@ def without_drag(balance: Balance) -> Array:
 
 def without_arm(balance: Balance) -> Array:
     """Losses ``# (q,)`` where a sensor off the centre takes what it can: it moves sideways in turns, as if late."""
-    moved = ("level position", "level velocity", f"level position {BY_VELOCITY}")
+    moved = ("level position", "level velocity", "level position by velocity")
     return _without(balance, moved, [*np.moveaxis(balance.arms, 1, 0)])
 
 

@@ -10,14 +10,7 @@ from scipy.stats import wilcoxon
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.preparation import present
 from sym2real.diagnosis.faults.fault import Breach
-from sym2real.diagnosis.faults.mistakes.balance import (
-    BY_VELOCITY,
-    SHIFTED,
-    Balance,
-    Balances,
-    without_arm,
-    without_drag,
-)
+from sym2real.diagnosis.faults.mistakes.balance import SHIFTED, Balance, Balances, without_arm, without_drag
 from sym2real.diagnosis.faults.mistakes.listed import mimics, transformations
 from sym2real.diagnosis.faults.mistakes.lost_commands import step_likelihood
 from sym2real.diagnosis.faults.mistakes.transformation import Exchanged, Late, Transformation, Turned, of_all
@@ -110,7 +103,7 @@ def _judged(balances: Balances, now: Balance, transformation: Transformation, da
     old, new = now.losses.mean(0), then.losses.mean(0)
     better = old - new
     # A velocity behind a filter is none of an early position: what both have in common only speaks against.
-    said = np.array([not name.endswith(BY_VELOCITY) for name in now.names])
+    said = np.array([not name.endswith("by velocity") for name in now.names])
     clear = (old > SETTINGS.far * new) & (new < SETTINGS.mostly) & said
     if not clear.any() or -better.min() > SETTINGS.others_worse * better.max() or _in_all(new) > _in_all(old):
         return None

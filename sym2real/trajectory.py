@@ -72,6 +72,7 @@ class Trajectory:
         raw: every column of the file as it stood there, before anything was done, by its own name.
         sources: standard column → the file's column that it was read from, with a minus where axes turned its sign;
             roll, pitch and yaw of an attitude that was logged so stand there too.
+        along_body: velocities that the file has along the body's axes; its attitude or heading turned them.
         between: what was sent in equal parts of every row, where commands were not held ``# (rows, parts, action)``.
 
     Raises:
@@ -96,6 +97,7 @@ class Trajectory:
     notes: tuple[str, ...] = ()
     raw: Mapping[str, Array] = field(default_factory=dict)
     sources: Mapping[str, str] = field(default_factory=dict)
+    along_body: tuple[str, ...] = ()
     between: Array | None = None
 
     def __post_init__(self) -> None:

@@ -1,6 +1,7 @@
 """Names of the columns and quantities that robots have in common, and what they mean."""
 
 from math import pi
+from typing import Literal, get_args
 
 from sym2real.field import Field, Group
 
@@ -19,6 +20,7 @@ RATE_COMMAND = Field("rate command", ("wx_cmd", "wy_cmd", "wz_cmd"), "rad/s", "b
 ATTITUDE_COMMAND = Field("attitude command", ("qw_cmd", "qx_cmd", "qy_cmd", "qz_cmd"), "1", "world", "quaternion")
 STEERING = Field("steering", ("steer",), "rad", "body")
 SPEED = Field("speed", ("speed",), "m/s", "body")
+ACCELERATION = Field("acceleration", ("acceleration",), "m/s^2", "body")
 FORCE = Field("force", ("fx", "fy", "fz"), "N", "world")
 TORQUE = Field("torque", ("tx", "ty", "tz"), "N m", "body")
 BATTERY = Field("battery", ("vbat",), "V")
@@ -32,7 +34,7 @@ VOCABULARY: tuple[tuple[Group, Field], ...] = (
     *(("state", field) for field in (POSITION, ATTITUDE, HEADING, VELOCITY, RATE)),
     *(("action", field) for field in (THRUST, RATE_COMMAND, ATTITUDE_COMMAND)),
     ("action", Field("motors", MOTOR_COLUMNS, "1", "body")),
-    *(("action", field) for field in (STEERING, SPEED)),
+    *(("action", field) for field in (STEERING, SPEED, ACCELERATION)),
     *(("inputs", field) for field in (FORCE, TORQUE, BATTERY, CLOCK)),
 )
 # Beyond these sizes, a turn and a reach of robots on tables and wheels, a coordinate of a joint is in another unit.
@@ -46,6 +48,9 @@ WRENCH = (*FORCE.columns, *TORQUE.columns)
 DRILLING, TURNING_INERTIA = "drilling", "turning_inertia"
 HEIGHT = POSITION.columns[2]
 (THRUST_COLUMN,), (STEER_COLUMN,), (SPEED_COLUMN,) = THRUST.columns, STEERING.columns, SPEED.columns
+(ACCELERATION_COLUMN,) = ACCELERATION.columns
+CarCommand = Literal["speed", "acceleration"]  # what a car is told beside its steering
+CAR_COMMANDS: tuple[CarCommand, ...] = get_args(CarCommand)
 
 
 def rate_column(coordinate: str) -> str:

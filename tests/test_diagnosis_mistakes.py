@@ -13,6 +13,7 @@ import pytest
 from broken_logs import times
 from noisy_flights import flights
 from paper_robots import PAPER_ROBOTS
+from scipy.signal import lfilter
 from standard_set import Case, simulate_case
 
 from sym2real.dataset import Dataset
@@ -28,7 +29,8 @@ from sym2real.diagnosis.faults.sanity import check
 from sym2real.diagnosis.faults.sensor_faults import readings
 from sym2real.diagnosis.faults.units import Scaled
 from sym2real.logs.differences import rates_on_time
-from sym2real.robots import CRAZYFLIE, ROBOTS
+from sym2real.robots import CRAZYFLIE, ROBOTS, car
+from sym2real.robots.mushr import WHEELBASE
 from sym2real.trajectory import Array, Trajectory
 from sym2real.vocabulary import ATTITUDE
 
@@ -64,7 +66,7 @@ def listed(robot: str) -> Iterator[Transformation]:
         yield from (Turned(field, angle) for field in ("attitude", "position", "velocity"))
         yield Turned("attitude", np.pi)
         yield from (Late("rate", W, 4, dt), Late("attitude", QUATERNION, 5, dt), Late("position", P, 4, dt))
-        yield Late("commands", ("thrust", *RATE_COMMANDS), 1, dt)
+        yield from (Late("commands", ("thrust", *RATE_COMMANDS), rows, dt) for rows in (1, 4))
     else:
         yield from (exchanged(vectors, *SWAPPED) for vectors in ((P[:2],), (V[:2],), (P[:2], V[:2])))
         yield exchanged((P[:2], V[:2]), *MIRRORED)
@@ -162,6 +164,21 @@ def test_no_rate_is_early_what_it_is_of_is_late(robot: str, late: Late, rate: st
     assert not any(reading.column == rate for reading in readings(of_all(late, broken)))
 
 
+@pytest.mark.parametrize("robot", PAPER_ROBOTS)
+def test_a_velocity_behind_a_filter_is_late_by_what_it_is_and_no_position_early(robot: str) -> None:
+    """Held against the position alone, both would be the same two rows."""
+
+    def filtered(log: Trajectory) -> Trajectory:
+        return log.with_columns({name: slow(log.column(name)) for name in V if name in log.layouts.state})
+
+    def slow(values: Array) -> Array:
+        found: Array = values[0] + lfilter([0.5], [1.0, -0.5], values - values[0])
+        return found
+
+    faults = check(ROBOTS[robot].nominal(), Dataset(map(filtered, healthy(robot)))).faults
+    assert {fault.effect for fault in faults} == {"time_shift:vx", "time_shift:vy"}
+
+
 def test_one_early_rate_among_others_makes_nothing_else_late() -> None:
     early = Late("velocity", ("vx",), -2, 0.02)
     broken = Dataset(made(early, log).rows(10, len(log) - 10) for log in healthy("crazyflie"))
@@ -203,6 +220,13 @@ def test_no_effect_is_taken_for_a_mistake(robot: str, key: str, values: dict[str
     data = simulate_case(Case(robot, ((key, values),) if key else (), seed=72), trajectories=3, rows=260)
     assert mistakes(ROBOTS[robot].nominal(), data) == []
     assert bad_rows(data) == []
+
+
+@pytest.mark.parametrize("time_constant", [0.04, 0.08])
+def test_a_speed_that_is_told_in_another_unit_mirrors_no_velocity(time_constant: float) -> None:
+    """Four times the speed is too far ahead: with a velocity of the other sign a fast loop would go just right."""
+    model = car(WHEELBASE, time_constant=time_constant, dt=ROBOTS["mushr"].dt)
+    assert mistakes(model, times(healthy("mushr"), {"speed": 3.6})) == []
 
 
 def test_a_mirrored_command_is_seen_by_a_model_with_hidden_states() -> None:

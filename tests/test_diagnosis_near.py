@@ -19,7 +19,7 @@ from sym2real.diagnosis.search.narrow import join_narrow
 from sym2real.diagnosis.search.near import Near, groups_of
 from sym2real.diagnosis.search.needed import Needed, Predicted, keep_needed
 from sym2real.diagnosis.search.select import Selection
-from sym2real.diagnosis.search.settled import settle
+from sym2real.diagnosis.search.settled import refuted, settle
 from sym2real.effects import effect
 from sym2real.robots import CRAZYFLIE
 
@@ -90,6 +90,18 @@ def test_what_stays_once_another_has_gone_gives_way_to_what_the_logs_ask_for() -
     needed = settle(Predicted(selection, problem.library, problem.data))
     assert [one.name for one in selection.chosen] == ["wind"]
     assert [one.name for one in needed.dropped] == ["added_mass"]
+
+
+def test_once_others_have_gone_what_costs_less_takes_the_place_of_what_the_logs_do_not_refute() -> None:
+    """A linear drag stands for a small quadratic one beyond chance, and with a tenth of the weight."""
+    keys, flights = ("linear_drag", "quadratic_drag"), flights_with("quadratic_drag", {"value": 0.003})
+    linear, quadratic = (chosen(keys, key, flights=flights) for key in keys)
+    assert refuted(linear) is None
+    found = refuted(linear, gone=())
+    assert found is not None
+    assert found.candidate.name == "linear_drag"
+    assert refuted(linear, gone=("quadratic_drag",)) is None
+    assert refuted(quadratic, gone=()) is None
 
 
 @pytest.mark.parametrize(("logs", "stays"), [(4, False), (8, True)], ids=["four logs", "eight logs"])

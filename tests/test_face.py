@@ -271,6 +271,18 @@ def test_what_is_no_log_is_refused_with_what_makes_one(given: Any, equations: Eq
         compare(equations, [])
 
 
+def test_a_log_may_have_more_columns_than_the_model_but_none_less(flight: Trajectory, equations: Equations) -> None:
+    """Read without a model a flight has rates as well: equations without them take of it what they know."""
+    whole = read_log(example_flight(), SPEC, dt=0.02).rows(0, 400)
+    assert {*whole.layouts.state} > {*flight.layouts.state}
+    assert str(compare(equations, whole)) == str(compare(equations, flight))
+    assert equations.score(whole) == equations.score(flight)
+    found, expected = (diagnose(equations, log, exclude=["*"]) for log in (whole, flight))
+    assert replace(found, seconds=0.0).to_dict() == replace(expected, seconds=0.0).to_dict()
+    with pytest.raises(ShapeError, match="found none called thrust wx_cmd wy_cmd wz_cmd among"):
+        compare(quadrotor(), whole)
+
+
 def test_the_path_of_a_model_is_no_model_and_of_a_log_no_state(equations: Equations, flight: Trajectory) -> None:
     for ask in (compare, diagnose, plan):
         with pytest.raises(ModelError, match=r"expected a model, found 'm_crane'; load_model\(folder\)"):

@@ -243,3 +243,24 @@ def test_a_late_heading_alone_is_no_late_pose() -> None:
     late = Late("heading", ("sin_yaw", "cos_yaw"), 3, MUSHR.dt)
     broken = Dataset(replace(late, rows=-3).undone(log).rows(10, len(log) - 10) for log in drives())
     assert not any("pose" in fault.evidence for fault in check(MUSHR.nominal(), broken).faults)
+
+
+def test_a_late_pose_has_turned_velocities_along_the_body_too_late() -> None:
+    """Motion capture late beside odometry: with a heading that has been mended velocities turn, and tell the rest."""
+    rows, dt = 3, MUSHR.dt
+    names = ("x", "y", "yaw", "vx", "vy", "wz", "steer", "speed")
+    spec = LogSpec("odometry", columns={name: Source(name) for name in names}, velocity_frame="body")
+
+    def written(log: Trajectory) -> Trajectory:
+        frame = log.to_pandas().rename(columns={"time": "t"})
+        sine, cosine = log.column("sin_yaw"), log.column("cos_yaw")
+        ahead, left = cosine * frame["vx"] + sine * frame["vy"], cosine * frame["vy"] - sine * frame["vx"]
+        frame = frame.assign(yaw=np.unwrap(np.arctan2(sine, cosine)), vx=ahead, vy=left)
+        frame[["x", "y", "yaw"]] = frame[["x", "y", "yaw"]].shift(rows)
+        return Trajectory.from_pandas(frame[["t", *names]].iloc[rows:], spec, MUSHR.layouts, dt)
+
+    data = simulate_case(Case("mushr", (), seed=71), trajectories=4, rows=260)
+    found = check(MUSHR.nominal(), Dataset(map(written, data)))
+    heading, position = (fault.evidence for fault in found.faults)
+    assert heading.startswith("heading 3 rows late")
+    assert re.match("position [23] rows late", position)  # velocities by differences are late themselves

@@ -225,6 +225,17 @@ def test_rates_by_aeronautics_letters_and_a_thrust_along_z_down(flight: Flight, 
     assert scale * read.mean() == pytest.approx(GRAVITY, rel=1e-3)
 
 
+@pytest.mark.parametrize("gyro", ["gx_dps gy_dps gz_dps", "gx gy gz", "imu_gx imu_gy imu_gz"])
+def test_velocities_are_u_v_w_and_a_gyro_is_g(flight: Flight, tmp_path: Path, gyro: str) -> None:
+    body = {".twist.twist.linear.x": "u", ".twist.twist.linear.y": "v", ".twist.twist.linear.z": "w"}
+    columns = {body.get(name, name): values for name, values in ros(flight).items() if "angular" not in name}
+    path = save(tmp_path, columns | named(gyro, np.degrees(flight.rate)))
+    found = inspect_logs(path)
+    assert found.spec.velocity_frame == "body"
+    assert [found.spec.columns[name].column for name in ("vx", "vy", "vz", "wy")] == ["u", "v", "w", gyro.split()[1]]
+    check(flight, path, found.spec)
+
+
 def test_a_log_that_names_the_compass_is_north_east_down(flight: Flight, tmp_path: Path) -> None:
     columns = px4(flight)
     words = {".x": "north", ".y": "east", ".z": "down", ".vx": "v_n", ".vy": "v_e", ".vz": "v_d"}

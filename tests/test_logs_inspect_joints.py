@@ -16,6 +16,7 @@ from sym2real.cli import main
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import Diagnosis, diagnose
 from sym2real.errors import DataError
+from sym2real.layout import Layout, Layouts
 from sym2real.logs import LogSpec, inspect_logs, read_logs
 from sym2real.logs.joint_names import match_own
 from sym2real.robots import ROBOTS, Robot
@@ -66,6 +67,19 @@ def test_a_column_goes_by_a_word_of_a_longer_name_where_one_name_alone_has_it() 
     both = match_own(["left slider", "right slider", "pole"], robot.layouts, moved)
     assert "slider" not in both.found
     assert "left slider" in both.open["slider"]
+
+
+def test_a_command_of_equations_of_ones_own_may_be_called_after_any_quantity() -> None:
+    layouts = Layouts(Layout.of(["x", "y", "sin_yaw", "cos_yaw", "vx", "vy", "wz"]), Layout.of(["steer", "accel"]))
+    matching = match_own(["t", "steer_cmd", "accel_cmd", "imu_ax"], layouts, {})
+    assert matching.found["accel"].source == "accel_cmd"
+
+
+def test_a_speed_of_a_wheel_that_nobody_called_a_command_is_a_line_to_fill_in() -> None:
+    robot = ROBOTS["differential_drive"]
+    matching = match_own(("t", "x_mm", "left_rpm", "right_rpm"), robot.layouts, robot.moved)
+    assert not {"left", "right"} & {*matching.found}
+    assert matching.open["left"] == "it may be 'left_rpm', whose name does not say that it was sent"
 
 
 def test_joints_go_by_their_names_and_servos_by_what_is_wanted() -> None:

@@ -310,6 +310,17 @@ def test_the_speed_loop_of_the_bicycle_is_first_order() -> None:
     assert pushed[-1, 4] == pytest.approx(4.0 / 4.0 * 0.2)
 
 
+def test_a_commanded_acceleration_is_integrated_with_what_pushes() -> None:
+    equations = car(0.3, command="acceleration", mass=4.0)
+    actions, pushes = np.tile([0.0, 0.8], (40, 1)), np.tile([2.0, 0.0, 0.0], (40, 1))
+    states = predicted(equations, np.array([0, 0, 0, 1.0, 0.5, 0, 0]), actions, pushes)
+    time, gained = 0.05 * np.arange(41), 0.8 + 2.0 / 4.0
+    np.testing.assert_allclose(states[:, 4], 0.5 + gained * time, atol=1e-9)
+    np.testing.assert_allclose(states[:, 0], 0.5 * time + gained * time**2 / 2, atol=1e-9)
+    with pytest.raises(ModelError, match="acceleration without time_constant"):
+        car(0.3, command="acceleration", time_constant=0.1)
+
+
 def test_the_thrust_of_a_log_is_found_from_its_first_seconds() -> None:
     rng = np.random.default_rng(0)
     layouts = Layouts(

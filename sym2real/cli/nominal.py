@@ -12,6 +12,7 @@ from sym2real.cli.numbers import NotNegative, OptionalPositive, OptionalThreePos
 from sym2real.cli.of_logs import OfLogs
 from sym2real.cli.positionals import JsonFile, LogsOfModel
 from sym2real.errors import ModelError
+from sym2real.vocabulary import CAR_COMMANDS, CarCommand
 
 if TYPE_CHECKING:
     from sym2real.robots import Motors
@@ -144,6 +145,8 @@ class NominalCar(OfLogs):
     """Folder of the model."""
     wheelbase: Positive
     """Distance between the axles in m."""
+    command: CarCommand = CAR_COMMANDS[0]
+    """What is commanded beside the steering: a speed in m/s, or an acceleration along the heading in m/s²."""
     time_constant: NotNegative = 0.0
     """Of the speed loop in s; 0 reaches the commanded speed at once."""
     mass: Positive = 3.5
@@ -160,7 +163,7 @@ class NominalCar(OfLogs):
 
         naming = self.naming_of(self.log, "--log")
         dt = self.dt or (step_of_logs(self.log, naming) if self.log else CAR_DT)
-        equations = car(self.wheelbase, time_constant=self.time_constant, mass=self.mass, dt=dt)
+        equations = car(self.wheelbase, command=self.command, time_constant=self.time_constant, mass=self.mass, dt=dt)
         return save_nominal(equations, self.out, console)
 
 

@@ -8,7 +8,16 @@ from pathlib import Path
 from sym2real.logs import Inspection, LogSpec
 from sym2real.logs.inspect_driving import STEERING
 from sym2real.logs.units import UNITS
-from sym2real.vocabulary import HEADING, MOTORS, POSITION, RATE_COMMAND, SPEED_COLUMN, STEER_COLUMN, THRUST_COLUMN
+from sym2real.vocabulary import (
+    ACCELERATION_COLUMN,
+    HEADING,
+    MOTORS,
+    POSITION,
+    RATE_COMMAND,
+    SPEED_COLUMN,
+    STEER_COLUMN,
+    THRUST_COLUMN,
+)
 
 OUT = "runs/nominal"
 OF_JOINTS = (
@@ -45,7 +54,9 @@ def nominal_line(inspection: Inspection, spec: Path | None) -> NominalLine:
     columns = {*of_log.columns} | ({"attitude"} if of_log.attitude.sources else set())
     if DRIVEN & columns or STEERING in {row.meaning for row in inspection.rows}:
         kind, options, remarks = "car", ["--wheelbase", "METRES"], [AXLES]
-        needed = {*POSITION.columns[:2], *DRIVEN} | (set() if HEADED & columns else {"yaw, its heading"})
+        told = ACCELERATION_COLUMN if ACCELERATION_COLUMN in columns else SPEED_COLUMN
+        options += ["--command", told] if told == ACCELERATION_COLUMN else []
+        needed = {*POSITION.columns[:2], STEER_COLUMN, told} | (set() if HEADED & columns else {"yaw, its heading"})
     else:
         kind, (options, remarks) = "quadrotor", _interface(inspection, columns)
         needed = {*POSITION.columns, "attitude"} | (set() if options else {"thrust, or four motors"})

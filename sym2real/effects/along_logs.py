@@ -75,10 +75,10 @@ def prepared(model: Equations | DynamicsModel, dataset: Dataset) -> tuple[Dynami
     equations = equations_of(model)
     if equations is None:
         return cast(DynamicsModel, model), dataset
-    dataset = with_inputs(equations.layouts.inputs, dataset)
-    wanted = replace(equations.layouts, state=visible_state(equations))
-    if wanted != dataset.layouts:
-        raise ShapeError(f"the model's columns are {wanted}, the log's are {dataset.layouts}")
+    dataset = with_inputs(equations.layouts.inputs, Dataset(in_columns_of(equations, log) for log in dataset))
+    if equations.layouts.inputs != dataset.layouts.inputs:
+        wanted, found = (" ".join(layouts.inputs) for layouts in (equations.layouts, dataset.layouts))
+        raise ShapeError(f"expected logs with the model's inputs {wanted}, found {found or 'none'}")
     whole = None if isinstance(model, Equations) else model
     longer = dataset.dt / equations.dt - 1.0
     if longer < -SAME_STEP or (whole is not None and longer > SAME_STEP):
@@ -88,6 +88,38 @@ def prepared(model: Equations | DynamicsModel, dataset: Dataset) -> tuple[Dynami
         )
     slow, logs = in_parts(equations, dataset)
     return MeasuredModel(slow, model=whole), logs
+
+
+def in_columns_of(model: Equations | DynamicsModel, log: Trajectory) -> Trajectory:
+    """A log in the columns of a model's equations; what else was measured and sent stands beside them, as in files.
+
+    Raises:
+        ShapeError: naming the columns that it lacks.
+    """
+    equations = equations_of(model)
+    if equations is None:
+        return log
+    state, action = visible_state(equations), equations.layouts.action
+    if (state, action) == (log.layouts.state, log.layouts.action):
+        return log
+    names = [*log.layouts.state, *log.layouts.action, *log.extra]
+    if missing := [name for name in (*state, *action) if name not in (*names, *log.layouts.inputs)]:
+        raise ShapeError(
+            f"{log.name or 'a log'}: expected the model's columns {' '.join((*state, *action))}, found none called "
+            f"{' '.join(missing)} among {' '.join(names)}"
+        )
+    between = log.between
+    if between is not None:
+        kept = [*action] if {*action} <= {*log.layouts.action} else None
+        between = None if kept is None else between[:, :, log.layouts.action.indices(kept)]
+    return replace(
+        log,
+        state=np.stack([log.column(name) for name in state], axis=1),
+        action=np.stack([log.column(name) for name in action], axis=1),
+        layouts=replace(log.layouts, state=state, action=action),
+        extra={name: log.column(name) for name in names if name not in state and name not in action},
+        between=between,
+    )
 
 
 def from_row_to_row(model: Equations, data: Dataset) -> tuple[VisibleModel, Dataset] | None:

@@ -14,7 +14,7 @@ from sym2real.vocabulary import MOTOR_COLUMNS, STEER_COLUMN, push_column, rate_c
 GRAVITY = 9.81  # m/s²
 
 # How far a column of that unit may be expected to be off; forces go by the robot's weight, motors by what carries it.
-SCALES = {"rad/s": 0.5, "rad": 0.05, "m/s": 0.1, "m": 0.05, "1": 0.05}
+SCALES = {"rad/s": 0.5, "rad": 0.05, "m/s": 0.1, "m/s^2": 0.3, "m": 0.05, "1": 0.05}
 
 
 # The same of an actuator whose range is known: a part of it.

@@ -103,9 +103,16 @@ def calm_rates(logs: Iterable[Trajectory]) -> bool:
 
 def one_direction(logs: Iterable[Trajectory]) -> bool:
     """Whether a car only ever drives forwards, or only backwards."""
-    if not (found := _joined([log for log in logs if "speed" in log.layouts.action], ["speed"])):
+    logs = list(logs)
+    if found := _joined([log for log in logs if "speed" in log.layouts.action], ["speed"]):
+        speed = found[0]
+    elif found := _joined(
+        [log for log in logs if "acceleration" in log.layouts.action], ("vx", "vy", "cos_yaw", "sin_yaw")
+    ):
+        speed = found[0] * found[2] + found[1] * found[3]
+    else:
         return False
-    forward = float((found[0] > 0).mean())
+    forward = float((speed > 0).mean())
     return max(forward, 1 - forward) > ONE_DIRECTION
 
 

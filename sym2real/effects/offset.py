@@ -38,6 +38,7 @@ OFFSET = Kind(
         Member(ONE_TORQUE, 1, "w?_cmd"),
         Member(ONE_TORQUE_AT_ONE_THRUST, 2, "w?_cmd"),
         Member(ONE_PULL, 1, "speed"),
+        Member(ONE_PULL, 2, "acceleration"),
     ),
     searching=Searching(
         why_not=alone_on("motors"),

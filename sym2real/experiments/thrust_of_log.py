@@ -8,7 +8,9 @@ import numpy as np
 from sym2real.errors import DataError
 from sym2real.experiments.measured import step_of
 from sym2real.logs import LogSpec, read_logs
+from sym2real.logs.dropouts import LEFT_OUT
 from sym2real.logs.reader import logs_of, read_each
+from sym2real.logs.standing import in_motion
 from sym2real.logs.units import UNITS
 from sym2real.robots import fit_thrust_per_unit, quadrotor
 from sym2real.robots.motors import MotorUnit
@@ -40,7 +42,7 @@ class ThrustOfLog:
 def thrust_of_log(
     path: Path, spec: LogSpec | None, dt: float | None = None, unit: MotorUnit | None = None
 ) -> ThrustOfLog:
-    """Thrust per unit of the motors in the first two seconds of a log, of its longest stretch without a gap.
+    """Thrust per unit of the motors in the first two seconds of a log, of its longest stretch in flight without a gap.
 
     Args:
         path: of the log.
@@ -57,7 +59,8 @@ def thrust_of_log(
     if len(logs := logs_of(path, spec)) > 1:
         raise DataError(path, "one log to fit the thrust on", f"a folder of {len(logs)}")
     step = dt or step_of(read_each(logs, spec, layouts, None))
-    pieces = tuple(read_logs(path, spec=spec, layouts=layouts, dt=step, upsample=True))
+    read = read_logs(path, spec=spec, layouts=layouts, dt=step, upsample=True)
+    pieces = tuple(flown for log in read for flown in in_motion(log))
     log = max(pieces, key=len)
     counted = _unit(path, log, spec, unit)
     notes = [] if dt is not None else [f"time step {step:g} s, the log's own (--dt takes another)"]
@@ -66,6 +69,7 @@ def thrust_of_log(
     if len(pieces) > 1:
         length = log.time[-1] - log.time[0]
         notes.append(f"the log has {len(pieces)} stretches with gaps between them: the longest is used, {length:.4g} s")
+    notes += [note for note in pieces[0].notes if note.startswith(LEFT_OUT)]
     return ThrustOfLog(fit_thrust_per_unit(log, CALIBRATION_SECONDS, counted), counted, step, tuple(notes))
 
 

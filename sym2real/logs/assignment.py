@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from sym2real.layout import Layouts
 from sym2real.logs.name_words import words_and_unit
 from sym2real.logs.names import Named, read_name
+from sym2real.vocabulary import ACCELERATION_COLUMN
 
 PREFIX = {"position": "", "velocity": "v", "rate": "w", "force": "f", "torque": "t"}
 STANDARD = {
@@ -25,6 +26,7 @@ LEVEL = ("east", "north")
 # A heading as this package writes it, the measured one and where it should be.
 HEADINGS = (("sin_yaw", "cos_yaw"), ("ref_sin_yaw", "ref_cos_yaw"))
 LETTERS = {"p": "x", "q": "y", "r": "z"}
+ALONG_BODY = ("u", "v", "w")  # velocities in aeronautics, beside p, q, r
 
 
 @dataclass
@@ -89,16 +91,19 @@ def within(found: Assignment, layouts: Layouts) -> Assignment:
         standard = column.removeprefix("ref_")
         return made_of.get(standard, standard) in wanted
 
+    columns = dict(found.columns)
+    if (told := columns.get("speed")) and "speed" not in wanted and found.named[told].role == "state":
+        columns.setdefault("wheel_speed", told)
     return replace(
         found,
-        columns={standard: name for standard, name in found.columns.items() if is_of_use(standard)},
+        columns={standard: name for standard, name in columns.items() if is_of_use(standard)},
         quaternions={name: parts for name, parts in found.quaternions.items() if name in attitudes},
         angles={name: parts for name, parts in found.angles.items() if name in attitudes},
     )
 
 
 def _compass(names: Sequence[str]) -> dict[str, Named]:
-    """Names that differ in a direction of the compass alone, all three there: ``v_n``, ``v_e``, ``v_d``.
+    """Names that differ in a direction of the compass alone, all three there: ``v_n``, ``v_e``, ``v_d``; or u, v, w.
 
     Where no name goes up or down, east and north are enough.
     """
@@ -106,10 +111,11 @@ def _compass(names: Sequence[str]) -> dict[str, Named]:
     written = {name.lower(): name for name in names}  # ArduPilot's PN, PE, PD
     level = not any(re.search(r"up|down", name, re.IGNORECASE) for name in names)
     for name in names:
-        for axes in (*COMPASS, LEVEL) if level else COMPASS:
+        for axes in (*COMPASS, ALONG_BODY, LEVEL) if level else (*COMPASS, ALONG_BODY):
             match = re.fullmatch(rf"(.*?){axes[0]}((?:_[a-z]+)?)", name, re.IGNORECASE)
             alike = [written.get(f"{match[1]}{axis}{match[2]}".lower(), "") for axis in axes] if match else []
-            meant = [read_name(f"{match[1]}{axis}{match[2]}") for axis in "xyz"[: len(axes)]] if match else []
+            standard = ("vx", "vy", "vz") if axes is ALONG_BODY else "xyz"[: len(axes)]
+            meant = [read_name(f"{match[1]}{axis}{match[2]}") for axis in standard] if match else []
             if alike and all(alike) and all(meant):
                 found |= {column: named for column, named in zip(alike, meant, strict=True) if named}
     return found
@@ -180,6 +186,8 @@ def _place(result: Assignment, name: str, named: Named) -> None:
         key += named.axis
     elif named.quantity in {"speed", "wheel speed"}:
         key = {"command": "speed", "reference": "ref_speed", "state": key}[named.role]
+    elif named.quantity == "pull":
+        key = ACCELERATION_COLUMN if named.role == "command" else ""
     if key in places:
         result.rivals[name] = places[key]
     elif key:
@@ -230,12 +238,19 @@ def _settle_throttle(result: Assignment) -> None:
 def _settle_speed(result: Assignment) -> None:
     """A car's commanded speed, and that of its wheels; where only one speed is there, it stands for the command.
 
-    A reference of the speed is what was asked for: without a command it is the command.
+    A reference of the speed is what was asked for: without a command it is the command. Beside an acceleration that was
+    commanded a speed that nobody commanded is a measured one.
     """
     columns = result.columns
     measured, reference = columns.pop("measured speed", None), columns.pop("ref_speed", None)
+    if not result.is_car or "speed" in columns:
+        columns.pop(ACCELERATION_COLUMN, None)
     if not result.is_car:
         columns.pop("wheel_speed", None)
+        return
+    if ACCELERATION_COLUMN in columns:
+        if measured is not None:
+            columns.setdefault("wheel_speed", measured)
         return
     if "speed" not in columns and "ref_vx" in columns and "ref_vy" not in columns:
         columns["speed"] = columns.pop("ref_vx")

@@ -9,17 +9,22 @@ import numpy as np
 from sym2real.logs.dropouts import CUT
 from sym2real.logs.resample import GAP_INTERVALS, REGULAR, gaps, is_regular, resample
 from sym2real.logs.standard import Standard
+from sym2real.logs.standing import in_motion
 from sym2real.trajectory import Array, Trajectory
 
 
 def equal_steps(log: Trajectory, dt: float | None = None) -> list[Trajectory]:
-    """The stretches of a log without gaps, at steps of ``dt``; the log itself where it is that already.
+    """The stretches of a log without gaps in which it moves, at steps of ``dt``; the log itself where it is one.
 
     Args:
         log: rows at their stamps.
         dt: the model's step in s; that of a slower log is its own, as is that of a log which is faster by more than
             :data:`~sym2real.logs.resample.REGULAR`: that is no jitter, and whoever asks must say so.
     """
+    return [piece for flown in in_motion(log) for piece in _without_gaps(flown, dt)]
+
+
+def _without_gaps(log: Trajectory, dt: float | None) -> list[Trajectory]:
     if len(log) < 2 or log.between is not None:
         return [log]
     step = log.dt if dt is None or min(abs(own - dt) for own in (log.dt, _mean_step(log))) > REGULAR * dt else dt

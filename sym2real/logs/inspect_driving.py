@@ -4,11 +4,11 @@ import numpy as np
 
 from sym2real.logs.answers import answer_to, are_pulses, turning
 from sym2real.logs.draft import Draft
-from sym2real.logs.inspect_motion import DRIVING, NEAR, SPEEDS, slopes_of_positions
+from sym2real.logs.inspect_motion import DRIVING, NEAR, SPEEDS, in_body, slopes_of_positions
 from sym2real.logs.reading import by_name, by_size, largest
 from sym2real.logs.units import UNITS, unit_by_ratio
 from sym2real.trajectory import Array
-from sym2real.vocabulary import SPEED_COLUMN, STEER_COLUMN
+from sym2real.vocabulary import ACCELERATION_COLUMN, SPEED_COLUMN, STEER_COLUMN
 
 STEERING = "steering command"  # what one is called whose unit is not known
 STEEPEST = 1.6  # rad; no wheel steers beyond a right angle
@@ -18,11 +18,13 @@ LIKE_ITS_PATH = 3.0  # times; what is as near to the path's speed in m/s may be 
 
 
 def inspect_driving(draft: Draft) -> None:
-    """Units of steering and speed, and the delay of the answers to them."""
+    """Units of steering and speed or acceleration, and the delay of the answers to them."""
     if draft.has(STEER_COLUMN):
         _steer(draft)
         if draft.has(SPEED_COLUMN):
             _speed(draft)
+        if draft.has(ACCELERATION_COLUMN):
+            _acceleration(draft)
 
 
 def _steer(draft: Draft) -> None:
@@ -82,6 +84,12 @@ def _pace(draft: Draft) -> Array:
     return np.hypot(slopes["vx"], slopes["vy"])
 
 
+def _signed_pace(draft: Draft) -> Array:
+    """How fast the car goes along its heading, m/s ``# (rows,)``: backwards below zero, where the heading is known."""
+    ahead = in_body(draft, slopes_of_positions(draft)).get("vx") if draft.has("x", "y") else None
+    return _pace(draft) if ahead is None else ahead
+
+
 def _speed(draft: Draft) -> None:
     size, pace = np.abs(draft.values(SPEED_COLUMN)), _pace(draft)
     answer = answer_to(draft, size, pace if pace.any() else None).said
@@ -95,3 +103,21 @@ def _speed(draft: Draft) -> None:
             draft.leave_open(SPEED_COLUMN, "speed command", f"{evidence}: no unit of a speed{answer}", worth)
             return
     draft.settle(SPEED_COLUMN, unit, evidence + answer, confidence)
+
+
+def _acceleration(draft: Draft) -> None:
+    """In m/s² unless its name says other; numbers of which the path says that they are neither are a throttle's."""
+    values, pace = draft.values(ACCELERATION_COLUMN), _signed_pace(draft)
+    gained = draft.rows.slopes(pace)
+    answer = answer_to(draft, values, gained)
+    told = by_name(draft, [ACCELERATION_COLUMN])
+    ratio = draft.rows.ratio(values, gained) if gained.any() and values.any() else 1.0
+    if told is None and not 1.0 / LIKE_ITS_PATH < ratio < LIKE_ITS_PATH:
+        worth = f"scale = {1.0 / ratio:.6g} }}  # m/s² per unit, as the path says: {HIDES}"
+        evidence = f"moves {ratio:.3g} times as much as the path's acceleration in m/s²: a throttle?{answer.said}"
+        draft.leave_open(ACCELERATION_COLUMN, "acceleration command", evidence, worth)
+    else:
+        unit, evidence, confidence = told or ("m/s^2", f"up to {np.abs(values).max():.3g}", "guess")
+        draft.settle(ACCELERATION_COLUMN, unit, evidence + answer.said, confidence)
+    if answer.reversed:
+        draft.suspect(draft.column(ACCELERATION_COLUMN), f"the car brakes where it is positive{answer.said}")

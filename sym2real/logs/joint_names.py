@@ -61,11 +61,13 @@ class _Name:
         text: as it stands.
         joints: of the model, which may stand in it without a gap (``currentPositionknee``).
         without: words that say nothing in this log.
+        mine: words that the model's own columns are called by, which say no other quantity.
     """
 
     text: str
     joints: tuple[str, ...] = ()
     without: frozenset[str] = frozenset()
+    mine: frozenset[str] = frozenset()
 
     @cached_property
     def words(self) -> tuple[str, ...]:
@@ -81,7 +83,7 @@ class _Name:
 
     @property
     def quantity(self) -> str:
-        kinds = (("other", OTHERS), ("rate", RATE), ("force", FORCE), ("place", PLACE))
+        kinds = (("other", OTHERS - self.mine), ("rate", RATE), ("force", FORCE), ("place", PLACE))
         found = (kind for kind, words in kinds if words.intersection(self.words))
         # Beside a quantity, or told, an a counts axes (KUKA's A1, ax1); measured alone it is an acceleration.
         return next(found, "other" if "a" in self.words and not self.wanted else "")
@@ -128,7 +130,8 @@ def match_own(columns: Sequence[str], layouts: Layouts, moved: Mapping[str, str]
         column: Match(texts[column.lower()], "the model's own name") for column in own if column.lower() in texts
     })  # fmt: skip
     called = tuple(joint for joint in places if len(joint) >= SHORTEST)
-    log = [_Name(column, called) for column in columns]
+    mine = frozenset(word for column in own for word in _Name(column).words)
+    log = [_Name(column, called, mine=mine) for column in columns]
     # A position is no electric current: who says "current position" means that it is so now, of torques too.
     if any("current" in name.words and (PLACE | RATE).intersection(name.words) for name in log):
         log = [replace(name, without=frozenset({"current"})) for name in log]
@@ -136,6 +139,13 @@ def match_own(columns: Sequence[str], layouts: Layouts, moved: Mapping[str, str]
     turned = {rates[joint]: joint for joint in places}
     _match(result, log, turned, lambda name, _: name.quantity == "rate" and not name.wanted)
     _match(result, log, actions, may_be_told, told=True)
+    used = {match.source for match in result.found.values()}
+    for action, joint in actions.items():
+        meant = {TOLD.get(units[action], "force"), ""}
+        left = [name for name in log if name.text not in used and name.quantity in meant]
+        if action not in {*result.found, *result.open} and (alike := _alike({action, joint}, left, log)):
+            listed = " or ".join(repr(name.text) for name in alike)
+            result.open[action] = f"it may be {listed}, whose name does not say that it was sent"
     # Columns of the model without a meaning of their own, such as coordinates whose rate it does not hold, too.
     for column in own:
         if column not in result.found:

@@ -33,8 +33,8 @@ class Named:
 
     Args:
         quantity: "time", "position", "velocity", "rate", "acceleration", "quaternion", "roll", "pitch", "yaw",
-            "motor", "thrust", "throttle", "steer", "speed", "wheel speed", "battery", "force", "torque" or "letter"
-            (p, q, r).
+            "motor", "thrust", "throttle", "steer", "speed", "wheel speed", "battery", "force", "torque", "letter"
+            (p, q, r) or "pull" (an acceleration of no axis).
         axis: "x", "y", "z", "w", a digit where the name only counts, or "".
         role: measured, sent or wanted.
         unit: unit that the name states, or "".
@@ -110,6 +110,7 @@ def _quantity(words: Sequence[str]) -> tuple[str, str, bool] | None:
         # A car logs its only rate without an axis.
         ("rate", turning and not has("derivative", "acceleration") and (about or has("rate alone")), about or "z"),
         ("acceleration", has("acceleration") and along, along),
+        ("pull", has("acceleration") and not axis, ""),
         ("quaternion", has("quaternion") and axis and not angle, axis),
         ("velocity", has("velocity") and not angle and not has("steer") and along, along),
         ("speed", has("velocity") and not angle and not has("steer") and not axis, ""),

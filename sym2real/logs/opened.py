@@ -16,7 +16,7 @@ from sym2real.logs.grouping import layouts_from_json, trajectory, visible
 from sym2real.logs.missing import listed, specification
 from sym2real.logs.of_model import for_model
 from sym2real.logs.resample import REGULAR, gaps, is_regular, resample
-from sym2real.logs.sources import sources_of
+from sym2real.logs.sources import along_body, sources_of
 from sym2real.logs.specification import LogSpec
 from sym2real.logs.standard import Standard, own_specification, stamps, standardise, tidy
 from sym2real.logs.table import Table
@@ -87,7 +87,9 @@ class Opened:
         name = _metadata(self.table, "name") or self.table.path.stem
         result = trajectory(self.table, log, known, name + suffix)
         notes = _own_notes(self.table) + result.notes
-        return replace(result, raw=self.whole.columns, notes=notes, sources=sources_of(self.spec))
+        return replace(
+            result, raw=self.whole.columns, notes=notes, sources=sources_of(self.spec), along_body=along_body(self.spec)
+        )
 
     @property
     def apart(self) -> float:

@@ -8,6 +8,7 @@ import numpy as np
 from sym2real.logs.parts import ATTITUDES
 from sym2real.logs.specification import LogSpec
 from sym2real.logs.standard import TURNED_ABOUT_X, attitude_columns
+from sym2real.vocabulary import VELOCITY
 
 ANGLES = ("roll", "pitch", "yaw")
 # What the reader makes of a column of its own kind.
@@ -34,6 +35,11 @@ def sources_of(spec: LogSpec) -> dict[str, str]:
     if spec.frames == "z_up":
         return found
     return {name: f"-{column}" if name in turned else column for name, column in found.items()}
+
+
+def along_body(spec: LogSpec) -> tuple[str, ...]:
+    """Velocities that stand in the log along the body's axes; as of ``Trajectory.along_body``."""
+    return tuple(name for name in VELOCITY.columns if name in spec.columns) if spec.velocity_frame == "body" else ()
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 Origin in the middle of the rear axle, u the speed along the heading::
 
-    ẋ = u cos ψ     ẏ = u sin ψ     ψ̇ = u tan δ / L     u̇ = (u_cmd - u)/τ + P/m
+    ẋ = u cos ψ     ẏ = u sin ψ     ψ̇ = u tan δ / L     u̇ = (u_cmd - u)/τ + P/m, or a_cmd + P/m
     P = F·e + (τ_z + c F·n) tan δ / L
 
 While the tyres hold, the car has one degree of freedom, along the heading e; a yaw torque, and a force along n, left
@@ -22,17 +22,15 @@ from sym2real.layout import Layout, Layouts
 from sym2real.robots.likely import unlikely_in_car
 from sym2real.robots.rigid_body import FirstOrder
 from sym2real.symbolic import Equations, symbol
+from sym2real.vocabulary import CarCommand
 
-LAYOUTS = Layouts(
-    Layout.of(("x", "y", "sin_yaw", "cos_yaw", "vx", "vy", "wz")),
-    Layout.of(("steer", "speed")),
-    Layout.of(("fx", "fy", "tz")),
-)
+STATE, PUSH = Layout.of(("x", "y", "sin_yaw", "cos_yaw", "vx", "vy", "wz")), Layout.of(("fx", "fy", "tz"))
 
 
 def car(
     wheelbase: float,
     *,
+    command: CarCommand = "speed",
     time_constant: float = 0.0,
     mass: float = 3.5,
     centre: float = 0.0,
@@ -43,6 +41,7 @@ def car(
 
     Args:
         wheelbase: in m.
+        command: actions are steering in rad, and speed in m/s or acceleration along the heading in m/s².
         time_constant: of the speed loop in s; 0 reaches the commanded speed at once, and then forces do nothing.
         mass: that a force must move, with spinning wheels, in kg.
         centre: distance of the centre of mass ahead of the rear axle in m.
@@ -50,7 +49,8 @@ def car(
         robot: name of the robot they describe.
 
     Raises:
-        ModelError: for a wheelbase, mass or time step that is not positive, or a negative time constant.
+        ModelError: for a wheelbase, mass or time step that is not positive, a negative time constant, or one of a speed
+            loop where there is none.
 
     Examples:
         >>> car(wheelbase=0.3).next["x"]
@@ -61,6 +61,10 @@ def car(
             "wheelbase in m, mass in kg and dt in s must be positive and the time constant in s at least 0, "
             f"found {wheelbase}, {mass}, {dt} and {time_constant}"
         )
+    if command != "speed" and (command != "acceleration" or time_constant):
+        raise ModelError(
+            f"expected command speed, or acceleration without time_constant, found {command}, {time_constant}"
+        )
     sine, cosine = symbol("sin_yaw"), symbol("cos_yaw")
     forward = symbol("vx") * cosine + symbol("vy") * sine
     curvature = tan(symbol("steer")) / wheelbase
@@ -69,9 +73,12 @@ def car(
     pull = (ahead + (symbol("tz") + centre * left) * curvature) / mass
     loop = FirstOrder(1.0 / time_constant if time_constant > 0 else math.inf, dt)
     speed, mean = loop.end(forward, symbol("speed"), pull), loop.mean(forward, symbol("speed"), pull)
+    if command == "acceleration":
+        gained = dt * (symbol("acceleration") + pull)
+        speed, mean = forward + gained, forward + gained / 2
     return Equations(
         next=along_the_arc(symbol("next_speed") * curvature),
-        layouts=LAYOUTS,
+        layouts=Layouts(STATE, Layout.of(("steer", command)), PUSH),
         dt=dt,
         quantities={
             "next_speed": speed,

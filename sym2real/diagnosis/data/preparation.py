@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from sym2real.dataset import Dataset, Logs, logs_in
 from sym2real.diagnosis.data.start import ROWS
+from sym2real.effects.along_logs import in_columns_of
 from sym2real.errors import ShapeError
 from sym2real.logs.dropouts import LEFT_OUT
 from sym2real.logs.equal_steps import equal_steps
@@ -33,15 +34,15 @@ def long_enough(data: Logs, model: Equations | DynamicsModel | None = None) -> D
 
     Raises:
         ShapeError: naming the logs, when none is long enough; naming log, row and column, for what is no finite number;
-            for what is no log.
+            for what is no log, and for columns of the model that a log lacks.
         ModelError: for what is no model.
     """
     logs = list(logs_in(data))
     for log in logs:
         require_finite(log)
     if model is not None:
-        equations = equations_of(model)
-        logs = [piece for log in logs for piece in equal_steps(log, equations.dt if equations else None)]
+        dt = equations.dt if (equations := equations_of(model)) else None
+        logs = [piece for log in logs for piece in equal_steps(in_columns_of(model, log), dt)]
     kept, short = [log for log in logs if len(log) > ROWS], [log for log in logs if len(log) <= ROWS]
     if not kept:
         raise ShapeError(f"expected a log of more than {ROWS} rows without a gap, found {rows_of(short) or 'no log'}")

@@ -151,18 +151,18 @@ def _signs(data: Dataset) -> Settled:
     """Rates and velocities whose sign contradicts the derivative of the attitude, the position or the joint."""
     wrong = {column: found for column, found in agreements(list(data)).items() if found.verdict == "reversed"}
     said = "the logged {} and the {}'s derivative correlate by {:.3f}: wrong sign"
-    texts = {column: said.format(column, found.of, found.correlation) for column, found in wrong.items()}
     faults = [
-        Fault(f"{SENSOR_SIGN.name}:{column}", text, SENSOR_SIGN.fix, -1.0, sensor=True)
-        for column, text in texts.items()
+        Fault(f"{SENSOR_SIGN.name}:{column}", said.format(column, own.of, own.correlation), SENSOR_SIGN.fix, -1.0, True)
+        for column, own in wrong.items()
     ]
     return faults, of_all(Scaled((*wrong,), -1.0), data) if wrong else data
 
 
 def _behind_their_rates(data: Dataset) -> Settled:
     """What all its rates are ahead of: no sensor reports what is still to come, so it is late itself."""
-    faults, found, done = [], [reading for reading in readings(data) if reading.shift], set[str]()
-    for measured in dict.fromkeys(reading.of for reading in found):
+    faults, done, asked = [], set[str](), set[str]()
+    while found := [reading for reading in readings(data) if reading.shift and reading.of not in asked]:
+        asked |= {measured := found[0].of}  # of a heading that has been mended velocities have turned
         ahead = {reading.column: -reading.shift for reading in found if reading.of == measured}
         rows = round(float(np.median([*ahead.values()])) / data.dt) if min(ahead.values()) > 0 else 0
         if not rows:
@@ -171,8 +171,7 @@ def _behind_their_rates(data: Dataset) -> Settled:
         late = Late(what, tuple(name for name in columns if name not in done), rows, data.dt)
         # A rate that was on time and is so no longer: then not what is measured was late.
         mended = of_all(late, data)
-        shifted = {reading.column for reading in readings(mended) if reading.shift and reading.of == measured}
-        if shifted <= ahead.keys():
+        if {one.column for one in readings(mended) if one.shift and one.of == measured} <= ahead.keys():
             said = ", ".join(f"{column} is {1e3 * by:.0f} ms ahead" for column, by in ahead.items())
             faults.append(Fault("", f"{late.name}: {said} of it", late.fix(AsRead(data[0].sources))))
             data, done = mended, {*done, *columns}

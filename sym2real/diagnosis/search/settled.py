@@ -23,20 +23,27 @@ def settle(predicted: Predicted) -> Needed:
     """Drop effects that predictions do not need, and those that the logs do not bear out, until all others stand."""
     selection, needed = predicted.selection, keep_needed(predicted)
     dropped, gone = needed.dropped, {candidate.name for candidate in needed.dropped}
-    while (place := refuted(selection)) is not None:
-        gone.add(place.candidate.name)
+    while (place := refuted(selection, gone)) is not None:
         instead = _in_place(selection, place, gone)
         selection.put(instead.chosen, instead.fit)
         needed = keep_needed(predicted)
         dropped += needed.dropped
-        gone |= {candidate.name for candidate in needed.dropped}
+        gone |= {place.candidate.name, *(candidate.name for candidate in needed.dropped)}
     return Needed(dropped, needed.small)
 
 
-def refuted(selection: Selection) -> Place | None:
-    """Of the effects that the logs do not bear out, the one with the least weight in its place."""
-    near = Near.of(selection)
+def refuted(selection: Selection, gone: Collection[str] | None = None) -> Place | None:
+    """Of the effects that the logs do not bear out, the one with the least weight in its place.
+
+    Where some have ``gone``, also of those in whose place another one that has not costs less.
+    """
+    near, present = Near.of(selection), selection.present
     weights = near.probabilities()
+
+    def costs_less(place: Place) -> bool:
+        instead = present if gone is None else _in_place(selection, place, gone)
+        return len(instead.chosen) == len(present.chosen) and instead.price < present.price
+
     doubtful = [
         place
         for place in near.places
@@ -44,6 +51,7 @@ def refuted(selection: Selection) -> Place | None:
         or weights[place.candidate.name] < SETTINGS.level
         or not selection.significant(selection.fit, place.candidate)
         or none_within(near, place.candidate)
+        or costs_less(place)
     ]
     return min(doubtful, key=lambda place: weights[place.candidate.name], default=None)
 
@@ -51,9 +59,6 @@ def refuted(selection: Selection) -> Place | None:
 def _in_place(selection: Selection, place: Place, gone: Collection[str]) -> EffectSet:
     """The cheapest of the set without an effect, and with another in its place that has not gone."""
     empty = selection.set_of([member for member in selection.chosen if member is not place.candidate], place.empty)
-    others = (
-        rival
-        for rival in place.rivals
-        if rival.candidate.name not in gone and all(selection.significant(rival.fit, each) for each in rival.chosen)
-    )
+    rivals = [rival for rival in place.rivals if rival.candidate.name not in gone]
+    others = (rival for rival in rivals if all(selection.significant(rival.fit, each) for each in rival.chosen))
     return min([empty, *others], key=lambda effects: effects.price)

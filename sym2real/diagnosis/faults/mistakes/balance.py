@@ -4,8 +4,9 @@ A model's single steps hold both: that velocity moves the position and rates tur
 Over a stretch of a log the sum of what they foretell, each from the measured row, must be what was measured; both
 without the log's mean, since wind, trim or a tilted board make constants. As sums, nothing noisy is differentiated.
 
-An attitude or a heading is also held against its measured rates, whatever the model says: a model may turn it by
-commands, and where these arrive late, attitude and rates are late together, which no sensor is.
+An attitude or a heading is also held against its measured rates, and a position against its velocity, whatever the
+model says: it may turn and move them by commands. Where these arrive late, both are late together, which no sensor is;
+where they are a speed in another unit, a car would go right with a velocity that is mirrored.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from sym2real.layout import Layout
 from sym2real.logs.pose import attitude
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Array, Trajectory
-from sym2real.vocabulary import ATTITUDE, HEADING
+from sym2real.vocabulary import ATTITUDE, HEADING, POSITION, VELOCITY
 
 STRETCH, FEWEST_ROWS = 0.4, 4  # s; rows
 SHIFTED = 6  # rows by which columns may be late or early: at the ends of a log nobody knows what they held there
@@ -121,6 +122,10 @@ class Balances:
         quantities = _quantities(data.layouts.state)
         rates = _stretches(np.concatenate([_rates(log)[:-1] for log in known]), lengths, rows)[0]
         turns = _turned(measured, layout, dict(zip(_rated(known[0]), _summed(rates * data.dt, counts).T, strict=True)))
+        if layout.has_field(POSITION.name) and layout.has_field(VELOCITY.name):
+            way = _summed(cut[0][0][..., layout.slice(VELOCITY.name)] * data.dt, counts)
+            ways = {"level position": way[:, :LEVEL], "upright position": way[:, LEVEL:]}
+            turns |= {f"{of} by velocity": (measured[:, quantities[of][1]], ways[of]) for of in ways if ways[of].size}
         return Balance(
             (*quantities, *turns),
             (*(field for field, _ in quantities.values()), *("" for _ in turns)),
@@ -194,8 +199,8 @@ def without_drag(balance: Balance) -> Array:
 
 def without_arm(balance: Balance) -> Array:
     """Losses ``# (q,)`` where a sensor off the centre takes what it can: it moves sideways in turns, as if late."""
-    arms = balance.arms
-    return _without(balance, ("level position", "level velocity"), [arms[:, 0], arms[:, 1]])
+    moved = ("level position", "level velocity", "level position by velocity")
+    return _without(balance, moved, [*np.moveaxis(balance.arms, 1, 0)])
 
 
 def _without(balance: Balance, quantities: Collection[str], parts: Sequence[Array]) -> Array:

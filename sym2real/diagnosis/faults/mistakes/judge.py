@@ -21,8 +21,8 @@ from sym2real.trajectory import Array
 from sym2real.vocabulary import POSITION
 
 MOST = 3  # mistakes in one set of logs
-# That commands may be written late by; as many as a delay may take where less than none.
-COMMAND_ROWS = range(-SHIFTED, 3)
+# That commands may be written late by, or take effect after.
+COMMAND_ROWS = range(-SHIFTED, SHIFTED + 1)
 ROUNDING = 1e-6  # of the squares
 Gain = tuple[float, Breach]  # by how much the squares missed fall over all quantities, and what is undone
 
@@ -76,8 +76,7 @@ def _late_commands(balances: Balances, data: Dataset) -> Breach | None:
     likely = [step_likelihood(balances.model, of_all(late, data)) for late in tried]
     best = int(np.argmax(likely))
     beside = max(value for late, value in zip(tried, likely, strict=True) if late.rows <= 0)
-    left = np.exp(2.0 * (beside - likely[best]) / sum(map(len, data)))
-    if not left < SETTINGS.mostly:  # or no number
+    if not np.exp(2.0 * (beside - likely[best]) / sum(map(len, data))) < SETTINGS.mostly:  # or no number
         return None
     old, new = (balances(logs).losses.mean(0) for logs in (data, of_all(tried[best], data)))
     most = int(np.argmax(old - new))
@@ -100,11 +99,12 @@ def _apart(one: Transformation, other: Transformation) -> bool:
 
 def _judged(balances: Balances, now: Balance, transformation: Transformation, data: Dataset, tried: int) -> Gain | None:
     """What undoing it gains, where that is beyond chance and nothing else becomes worse."""
-    of = balances.inside if isinstance(transformation, Late) else balances
-    then = of(of_all(transformation, data))
+    then = (balances.inside if isinstance(transformation, Late) else balances)(of_all(transformation, data))
     old, new = now.losses.mean(0), then.losses.mean(0)
     better = old - new
-    clear = (old > SETTINGS.far * new) & (new < SETTINGS.mostly)
+    # A velocity behind a filter is none of an early position: what both have in common only speaks against.
+    said = np.array([not name.endswith("by velocity") for name in now.names])
+    clear = (old > SETTINGS.far * new) & (new < SETTINGS.mostly) & said
     if not clear.any() or -better.min() > SETTINGS.others_worse * better.max() or _in_all(new) > _in_all(old):
         return None
     if isinstance(transformation, Turned) and transformation.field == "attitude":
@@ -115,7 +115,7 @@ def _judged(balances: Balances, now: Balance, transformation: Transformation, da
     if isinstance(transformation, Late | Turned):
         clear &= without_arm(now) > SETTINGS.far * new
     for other in mimics(transformation, data.layouts.action.columns):
-        mimicked = of(of_all(other, data)).losses.mean(0)
+        mimicked = balances.inside(of_all(other, data)).losses.mean(0)
         clear &= (mimicked > SETTINGS.far * new) & (_in_all(mimicked) > _in_all(new))
     chance = [_chance(now.missed(place), then.missed(place)) if clear[place] else 1.0 for place in range(len(old))]
     most = int(np.argmin(chance))

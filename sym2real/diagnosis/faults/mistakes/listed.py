@@ -99,8 +99,7 @@ def _one_by_one(layout: Layout) -> tuple[str, ...]:
 def _of_attitudes(data: Dataset, balance: Balance) -> Iterator[OfAttitude]:
     """Roll and pitch in every order and sign, of what was measured or commanded, where that is badly foretold."""
     losses = dict(zip(balance.names, balance.losses.mean(0), strict=True))
-    missed = max(losses.get(name, 0.0) for name in TILTED)
-    if missed <= SETTINGS.mostly:
+    if max(losses.get(name, 0.0) for name in TILTED) <= SETTINGS.mostly:
         return
     for ending in ("", COMMANDED):
         quaternion = tuple(f"{name}{ending}" for name in ATTITUDE.columns)
@@ -136,8 +135,7 @@ def _exchanged(
         yield from _orders(vectors)
     if len(vectors[0]) != 3 or measured.shape[1] != 3:
         return
-    held, meant = (measured, foretold) if of_measured else (foretold, measured)
-    yield from _in_common(held.T @ meant, vectors)
+    yield from _in_common(measured.T @ foretold if of_measured else foretold.T @ measured, vectors)
 
 
 def _followed(data: Dataset, rates: Sequence[str], commands: Sequence[str]) -> Array:

@@ -13,7 +13,7 @@ import numpy as np
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.agreement import VELOCITIES
 from sym2real.logs import derive
-from sym2real.logs.pose import attitude
+from sym2real.logs.pose import attitude, turned
 from sym2real.trajectory import Array, Trajectory
 from sym2real.vocabulary import ATTITUDE, HEADING, POSITION, RATE
 
@@ -47,7 +47,10 @@ def with_along(log: Trajectory, speed: Array) -> Trajectory:
 
 
 def made_anew(before: Trajectory, log: Trajectory) -> Trajectory:
-    """A log whose pose is not what it was before, with what the reader makes of it: rates, and the wheels' velocity."""
+    """A log whose pose is not what it was before, with what the reader makes by it: rates, and velocities.
+
+    Those of wheels, and those that stand in the log along the body's axes.
+    """
     state, around = log.layouts.state, derive.rows_around(log.time, log.dt)
     pose = state.indices(name for field in (POSITION, ATTITUDE, HEADING) for name in field.columns if name in state)
     if not log.sources or np.array_equal(before.state[:, pose], log.state[:, pose]):
@@ -56,15 +59,18 @@ def made_anew(before: Trajectory, log: Trajectory) -> Trajectory:
     if state.has_field(ATTITUDE.name):
         found = dict(zip(RATE.columns, derive.body_rate(log.time, attitude(log).numpy(), around).T, strict=True))
     elif state.has_field(HEADING.name):
-        turned = derive.slope(log.time, derive.counted_heading(*log.state[:, _heading(log)].T), around)
-        found = {RATE.columns[-1]: turned}
+        found = {
+            RATE.columns[-1]: derive.slope(log.time, derive.counted_heading(*log.state[:, _heading(log)].T), around)
+        }
     found = {name: values for name, values in found.items() if name in state and name not in log.sources}
     if made := made_of_wheel(Dataset([before])):
         speed, logged = along(before), log.raw.get(log.sources[made[0]])
-        directed = logged is None or logged.min() < 0.0
         place, yaw = log.state[:, state.indices(POSITION.columns[:2])], np.arctan2(*log.state[:, _heading(log)].T)
-        moved = derive.rolling(log.time, place, yaw, speed if directed else np.abs(speed), around)
-        found |= dict(zip(made, moved.T, strict=True))
+        speed = speed if logged is None or logged.min() < 0.0 else np.abs(speed)
+        found |= dict(zip(made, derive.rolling(log.time, place, yaw, speed, around).T, strict=True))
+    if own := log.along_body:
+        posed = log.with_columns(dict(zip(own, turned(before, own, to_world=False).T, strict=False)))
+        found |= dict(zip(own, turned(posed, own).T, strict=False))
     return log.with_columns(found)
 
 

@@ -184,7 +184,9 @@ def figures(records: Sequence[Record]) -> list[Figure]:
     found = share(f"{title}: counted", flags, ">= 0.80")
     for key in keys:
         found += share(f"{key} named", (named(one["answer"], key) for one in records))
-    ratios = {step: float(np.median([one[step] / one["mujoco"] for one in records])) for step in ("before", "after")}
+    # What predicts no number is the worst.
+    errors = {step: [one[step] / one["mujoco"] for one in records] for step in ("before", "after")}
+    ratios = {step: float(np.median(np.nan_to_num(values, nan=np.inf))) for step, values in errors.items()}
     found.append(Figure("position error 0.5 s ahead, fourth kind, of MuJoCo's: before, median", ratios["before"], ""))
     return [*found, Figure("with what was found, median", ratios["after"], "", "<= 1.15")]
 

@@ -6,7 +6,7 @@ Whoever runs a bench with them to choose between two ways of doing something has
 SEALED = {
     "invariance": 774_210_000,
     "car draws": 731_940_000,
-    "motor draws": 935_480_000,
+    "motor draws": 278_630_000,
     "user mistakes": 406_130_000,
     "null logs": 591_720_000,
     "standard answers": 163_090_000,

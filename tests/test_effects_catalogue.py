@@ -75,6 +75,7 @@ def test_an_effect_is_described(name: str) -> None:
 
 
 def test_the_words_are_of_effects_and_a_kind_of_ones_own_has_its_own() -> None:
+    assert WORDS.keys() == {*EFFECTS}
     assert all(words.keys() == {"summary", "confused_with", "shown_by", "fix"} for words in WORDS.values())
     own = replace(EFFECTS["wind"], summary="A rope pulls.")
     assert own.summary == "A rope pulls."

@@ -69,6 +69,6 @@ for stiffness, fit in fits.items():
 log.plot(without=model, rope=rope.substitute(model, {"stiffness": 0.03})).savefig("measured_and_predicted.svg")
 assert max(fits, key=lambda stiffness: fits[stiffness]) == 0.03
 
-# In the package the file is `sym2real/effects/rope.py`; its four sentences under `[rope]` in `words.toml` register it.
-# Contract tests then hold the hypothesis against the truth, `diagnose` tests it beside all others, and
-# `sym2real add MODEL rope --fit LOG` fits it with an interval.
+# In the package the file is `sym2real/effects/rope.py`, and one line in `kinds.py` registers it. Contract tests then
+# hold the hypothesis against the truth, `diagnose` tests it beside all others, and `sym2real add MODEL rope --fit LOG`
+# fits it with an interval.

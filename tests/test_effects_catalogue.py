@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,7 +11,6 @@ from paper_robots import PAPER_ROBOTS
 
 from sym2real.effects import EFFECTS, GROUPS, applicable, effect, equivalents, same_group
 from sym2real.effects.catalogue import always_alike, known, require_patterns
-from sym2real.effects.kind import WORDS
 from sym2real.errors import ModelError, UnknownNameError
 from sym2real.robots import CRAZYFLIE, MUSHR, Motors, Robot, car, quadrotor
 from sym2real.symbolic import Equations
@@ -72,14 +70,6 @@ def test_an_effect_is_described(name: str) -> None:
     assert all(len(text) > 5 and not text.endswith(" ") for text in texts)
     assert kind.summary.endswith(".")
     assert (kind.memory is None) != (kind.substitute is None and kind.parts is None)
-
-
-def test_the_words_are_of_effects_and_a_kind_of_ones_own_has_its_own() -> None:
-    assert WORDS.keys() == {*EFFECTS}
-    assert all(words.keys() == {"summary", "confused_with", "shown_by", "fix"} for words in WORDS.values())
-    own = replace(EFFECTS["wind"], summary="A rope pulls.")
-    assert own.summary == "A rope pulls."
-    assert own.fix == EFFECTS["wind"].fix
 
 
 @pytest.mark.parametrize("robot", PAPER_ROBOTS.values(), ids=PAPER_ROBOTS)

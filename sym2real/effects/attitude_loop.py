@@ -9,6 +9,7 @@ from sympy import Expr, exp, sign
 from sym2real.effects.body import Body
 from sym2real.effects.domain import POSITIVE
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values, of_any_body
+from sym2real.effects.manoeuvres import EXCITED
 from sym2real.errors import ModelError
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
@@ -39,6 +40,10 @@ ATTITUDE_LOOP = Kind(
     stage="loop",
     parameters=of_any_body(Parameter("value", "1", null=1.0, low=0.1, high=10.0, scale=0.3, domain=POSITIVE)),
     formula=r"\tau \to k\,\tau",
+    summary="The on-board attitude loop is slower or faster than the nominal one.",
+    confused_with="a lag of the attitude commands, where the loop is fast beside it",
+    shown_by=EXCITED,
+    fix="multiply the model's time constant by it (`nominal quadrotor --attitude-time-constant`)",
     inject=_inject,
     substitute=_substitute,
     needs=(*ATTITUDE_COMMAND.columns, *ATTITUDE.columns),

@@ -8,6 +8,7 @@ from sym2real.effects.alike import ONE_DELAY, Member
 from sym2real.effects.body import Body
 from sym2real.effects.domain import DELAY_TIME
 from sym2real.effects.kind import Kind, Numbers, Parameter
+from sym2real.effects.manoeuvres import EXCITED
 from sym2real.effects.memory import shift
 from sym2real.effects.searching import Searching, Shown, alone_on, by_role, steps
 from sym2real.effects.truth import actuators
@@ -52,6 +53,10 @@ DELAY = Kind(
     stage="filter",
     parameters=_parameters,
     formula=r"a(t) \to a(t - d)",
+    summary="Commands act some time after they were sent.",
+    confused_with="a lag, and motor lag in hover",
+    shown_by=f"fast changes of the command: {EXCITED}",
+    fix="shorten the way (radio, driver, queue), or let the controller plan with the commands still under way",
     inject=_inject,
     memory=lambda body: shift(),
     columns="action",

@@ -35,6 +35,10 @@ GRAVITY_TILT = Kind(
         *(Parameter(name, "rad", null=0.0, low=-0.5, high=0.5, scale=0.03) for name in ("roll", "pitch"))
     ),
     formula=r"g \to R_x(\phi) R_y(\theta) g",
+    summary="The robot's base stands askew, so that gravity pulls from another side.",
+    confused_with="an offset of the actuators in one posture",
+    shown_by="several postures",
+    fix="level the base, or tell the model how it stands",
     inject=editing(_turn),
     substitute=_substitute,
     needs=GRAVITY_COMPONENTS,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Literal
 
 from sympy import Expr
@@ -12,10 +11,8 @@ from sympy import Expr
 from sym2real.effects.alike import Member
 from sym2real.effects.body import Body
 from sym2real.effects.domain import ANYTHING, Domain
-from sym2real.effects.manoeuvres import EXCITED
 from sym2real.effects.memory import Memory
 from sym2real.effects.searching import Searching
-from sym2real.files import read_toml
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations
 
@@ -63,7 +60,6 @@ def with_unit(value: float, unit: str, digits: int = 3) -> str:
     return f"{value:.{digits}g}" if unit in ("", "1") else f"{value:.{digits}g} {unit}"
 
 
-WORDS = read_toml(Path(__file__).with_name("words.toml"), "words of effects")
 Substitute = Callable[[Equations, Values, Body], Equations]
 Inject = Callable[[Body, Numbers], Change]
 
@@ -77,11 +73,11 @@ class Kind:
         stage: where it acts; a composition substitutes from the dynamics outwards.
         parameters: its numbers for a body.
         formula: LaTeX.
-        inject: the truth.
-        summary: what it is, one sentence; this and the next three are in ``words.toml`` for the effects of the package.
+        summary: what it is, one sentence.
         confused_with: what it looks like, one sentence.
         shown_by: which manoeuvre shows it, one sentence.
         fix: what to change on the robot or in the model, one sentence.
+        inject: the truth.
         substitute: the hypothesis; None for effects that act as filters.
         memory: makes the recursion over a series, for filters.
         needs: names that must exist as columns or quantities; ``{column}`` in one stands for the bound column.
@@ -107,11 +103,11 @@ class Kind:
     stage: Stage
     parameters: Callable[[Body], tuple[Parameter, ...]]
     formula: str
+    summary: str
+    confused_with: str
+    shown_by: str
+    fix: str
     inject: Inject
-    summary: str = ""
-    confused_with: str = ""
-    shown_by: str = ""
-    fix: str = ""
     substitute: Substitute | None = None
     memory: Callable[[Body], Memory] | None = None
     needs: tuple[str, ...] = ()
@@ -131,11 +127,6 @@ class Kind:
     weighed: str = ""
     nuisance: tuple[float, float] | None = None
     of_joints: str = ""
-
-    def __post_init__(self) -> None:
-        for part, text in WORDS.get(self.name, {}).items():
-            if not getattr(self, part):
-                object.__setattr__(self, part, text.replace("{excited}", EXCITED))
 
     def fits(self, body: Body) -> bool:
         """Whether robots like this one can have it."""

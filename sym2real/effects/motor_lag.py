@@ -23,6 +23,7 @@ from sym2real.effects.body import Body
 from sym2real.effects.domain import NOT_NEGATIVE
 from sym2real.effects.hidden import with_hidden
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values, of_any_body
+from sym2real.effects.manoeuvres import EXCITED
 from sym2real.effects.rate_loop import NUMBERS, RateLoop, other_torque, rate_loops
 from sym2real.effects.searching import Searching, Shown, steps
 from sym2real.effects.thrust import LAGGED, defined, lagging
@@ -123,6 +124,10 @@ MOTOR_LAG = Kind(
     stage="loop",
     parameters=of_any_body(Parameter("value", "s", null=0.0, low=0.0, high=0.3, scale=0.03, domain=NOT_NEGATIVE)),
     formula=r"\tau \dot T' = T - T', \quad \tau \dot\alpha = K(\omega_\mathrm{cmd} - \omega) - \alpha",
+    summary="The rotors spin up and down slowly, inside the rate loop.",
+    confused_with="a delay in hover, and a common lag of the rate commands without dither",
+    shown_by=f"steps of thrust, {EXCITED}",
+    fix="put the lag into the model; lighter propellers or a softer rate loop make it matter less",
     inject=_inject,
     substitute=_substitute,
     needs=("thrust",),

@@ -98,6 +98,10 @@ MOUNTING_TILT = Kind(
         *(Parameter(name, "rad", null=0.0, low=-MOST, high=MOST, scale=0.03) for name in ("roll", "pitch"))
     ),
     formula=r"q_m = q \otimes \delta, \quad \omega_m = \delta^{-1}\omega",
+    summary="The sensor board is mounted at an angle to the thrust line.",
+    confused_with="wind, while yaw stays",
+    shown_by="yaw that turns at 0.5 to 0.8 rad/s",
+    fix="level the board, set the trim of roll and pitch, or redo the rigid body's zero in the motion capture",
     inject=_inject,
     of_joints="gravity_tilt",
     substitute=_substitute,

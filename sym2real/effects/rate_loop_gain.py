@@ -8,6 +8,7 @@ from typing import Any
 from sym2real.effects.body import Body
 from sym2real.effects.domain import POSITIVE
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values, of_any_body
+from sym2real.effects.manoeuvres import EXCITED
 from sym2real.effects.rate_loop import NUMBERS, other_torque, rate_loops
 from sym2real.effects.truth import editing
 from sym2real.effects.wrench import push
@@ -34,6 +35,10 @@ RATE_LOOP_GAIN = Kind(
     stage="loop",
     parameters=of_any_body(Parameter("value", "1", null=1.0, low=0.1, high=5.0, scale=0.2, domain=POSITIVE)),
     formula=r"\tau = k\,J K\,(\omega_\mathrm{cmd} - \omega)",
+    summary="The on-board rate loop is stiffer or softer than the nominal one.",
+    confused_with="an inertia that is off, always; motor lag or delay in hover",
+    shown_by=EXCITED,
+    fix="set the rate loop's gain in the firmware, or in the model (`nominal quadrotor --rate-gains`)",
     inject=editing(_stiffen),
     substitute=_substitute,
     needs=("wx_cmd", "wy_cmd", "wz_cmd", "wx", "wy", "wz"),

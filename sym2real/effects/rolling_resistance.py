@@ -23,6 +23,10 @@ ROLLING_RESISTANCE = Kind(
     stage="wrench",
     parameters=of_any_body(Parameter("value", "m/s²", null=0.0, low=0.0, high=5.0, scale=0.5)),
     formula=r"F = -r\,m\,\mathrm{sign}(u)",
+    summary="Bearings, gears or a soft floor brake the car by a constant force.",
+    confused_with="an offset of the speed command, always; a speed gain at one speed",
+    shown_by="four speeds, forwards and backwards",
+    fix="free the drive train, or raise the speed loop's integral part",
     inject=truth.pushing(_brake),
     of_joints="joint_friction",
     substitute=lambda equations, values, body: push_ahead(

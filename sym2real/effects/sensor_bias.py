@@ -23,6 +23,10 @@ SENSOR_BIAS = Kind(
     stage="measurement",
     parameters=_parameters,
     formula=r"y_m = y + b",
+    summary="A sensor adds a constant.",
+    confused_with="a trim of the command that drives the same column",
+    shown_by="the robot at rest, where the true value is known",
+    fix="calibrate the sensor at rest",
     inject=measuring(_report),
     substitute=lambda equations, values, body: reporting(
         equations, {body.column: reported(equations, body.column) + values["value"]}

@@ -25,6 +25,10 @@ SLOPE = Kind(
         *(Parameter(name, "m/s²", null=0.0, low=-3.0, high=3.0, scale=0.3) for name in ("gx", "gy"))
     ),
     formula=r"F = m\,g_{xy}",
+    summary="The floor is not level.",
+    confused_with="wind, always",
+    shown_by="driving in all directions",
+    fix="level the floor, or keep the term in the model",
     inject=editing(_tilt),
     of_joints="gravity_tilt",
     substitute=lambda equations, values, body: push(

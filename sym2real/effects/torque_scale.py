@@ -37,6 +37,10 @@ TORQUE_SCALE = Kind(
         *(Parameter(name, "1", null=1.0, low=1e-3, high=1e3, scale=0.3, domain=POSITIVE) for name in NAMES)
     ),
     formula=r"\tau_i \to k_i\,\tau_i",
+    summary="The motors turn the body by more or less than the model says: a lever or an inertia is another one.",
+    confused_with="gains of all motors, which change the thrust as well; an inertia that is off is the same thing",
+    shown_by="turns about all axes, to both sides: dither of the motors, each on its own",
+    fix="set arm, reaction torque per thrust or inertia by this factor; a bifilar pendulum measures the inertia",
     inject=editing(_lengthen),
     substitute=lambda equations, values, body: equations.substitute(
         {torque: values[name] * symbol(torque) for name, torque in zip(NAMES, MOTOR_TORQUES, strict=True)}

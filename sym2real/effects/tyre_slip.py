@@ -44,6 +44,10 @@ TYRE_SLIP = Kind(
     # Tyres whose stiffness is 10 to 50 times their load have 0.01 to 0.002.
     parameters=of_any_body(Parameter("value", "rad s²/m", null=0.0, low=0.0, high=0.1, scale=0.005)),
     formula=r"v_\mathrm{rear} = -D\,|u|\,u\,\omega_z",
+    summary="Tyres slip to push sideways, so that in turns the car moves outwards of where it points.",
+    confused_with="a lever arm at one speed, behind the axle by D u²",
+    shown_by="the same circle at several speeds, at lateral accelerations up to 2.5 m/s²",
+    fix="fit stiffer tyres or lighten the car, or keep the term in the model",
     inject=lambda body, values: roll_steer(body, front=values["value"], rear=values["value"]),
     substitute=_substitute,
     needs=("steer", "x", "y", *FORWARD, "wz"),

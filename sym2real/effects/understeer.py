@@ -32,6 +32,10 @@ UNDERSTEER = Kind(
     # Road cars have 0.002 to 0.01 (1 to 6 degrees per g).
     parameters=of_any_body(Parameter("value", "rad s²/m", null=0.0, low=-0.02, high=0.1, scale=0.005)),
     formula=r"\delta \to \delta - K\,u\,\omega_z",
+    summary="The front axle gives way more than the rear, so fast turns are wider than the steering says.",
+    confused_with="a steering gain at one speed; tyres at their limit where every turn is fast",
+    shown_by="the same circle at several speeds, at lateral accelerations up to 2.5 m/s²",
+    fix="stiffen the steering and the front tyres, or move weight back; below zero: the rear, and forward",
     inject=lambda body, values: roll_steer(body, front=values["value"], rear=0.0),
     substitute=_substitute,
     needs=("steer", *FORWARD),

@@ -35,6 +35,10 @@ WHEEL_RADIUS = Kind(
     stage="loop",
     parameters=of_any_body(Parameter("value", "1", null=1.0, low=0.5, high=2.0, scale=0.05, domain=POSITIVE)),
     formula=r"r \to k\,r",
+    summary="A wheel, or all of them, rolls on a larger or smaller radius than nominal.",
+    confused_with="a gain of the wheels' commands beside a damping, which together are the same",
+    shown_by="straight drives at several speeds; a wheel alone also by the way a straight drive bends",
+    fix="measure the way of some turns of the wheels, under load, and set the radius in the model",
     inject=editing(_resize),
     substitute=lambda equations, values, body: multiplied(
         equations, map(rate_per_speed, wheels_of(body)), 1 / values["value"]

@@ -23,6 +23,10 @@ WIND = Kind(
     stage="wrench",
     parameters=force_parameters,
     formula=r"F = \mathrm{const} \;\text{(world)}",
+    summary="A steady force along world axes: wind, a pulling cable.",
+    confused_with="a tilted mounting of the sensor while yaw stays; a slope under a car",
+    shown_by="yaw that turns at 0.5 to 0.8 rad/s",
+    fix="shield the room or fly with the force in the model; where it follows the weather, estimate it in flight",
     inject=pushing(
         lambda data, body, values: add_force(data, np.array([values.get(name, 0.0) for name in ("fx", "fy", "fz")]))
     ),

@@ -102,6 +102,12 @@ def test_once_others_have_gone_what_costs_less_takes_the_place_of_what_the_logs_
     assert found.candidate.name == "linear_drag"
     assert refuted(linear, gone=("quadratic_drag",)) is None
     assert refuted(quadratic, gone=()) is None
+    drag, other = linear.candidates
+    begins_late = replace(other, needs_start=True, starts=(0.002,))  # as what acts from a threshold on
+    beside = Selection(linear.problems, (drag, begins_late), linear.origin)
+    beside.put([drag], linear.fit)
+    assert [rival.candidate for rival in Near.of(beside).places[0].rivals] == [begins_late]
+    assert refuted(beside, gone=()) is None
 
 
 @pytest.mark.parametrize(("logs", "stays"), [(4, False), (8, True)], ids=["four logs", "eight logs"])

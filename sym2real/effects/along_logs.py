@@ -108,10 +108,9 @@ def in_columns_of(model: Equations | DynamicsModel, log: Trajectory) -> Trajecto
             f"{log.name or 'a log'}: expected the model's columns {' '.join((*state, *action))}, found none called "
             f"{' '.join(missing)} among {' '.join(names)}"
         )
-    between = log.between
+    between = log.between if {*action} <= {*log.layouts.action} else None
     if between is not None:
-        kept = [*action] if {*action} <= {*log.layouts.action} else None
-        between = None if kept is None else between[:, :, log.layouts.action.indices(kept)]
+        between = between[:, :, log.layouts.action.indices(action)]
     return replace(
         log,
         state=np.stack([log.column(name) for name in state], axis=1),

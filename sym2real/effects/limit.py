@@ -21,7 +21,9 @@ from sym2real.trajectory import Array, Trajectory
 
 # Quantiles of a command at which a plan cuts it off.
 CUT_OFF = (0.99, 0.95, 0.9, 0.75, 0.5, 0.25)
-QUANTILES, PARTS = (0.5, 0.75, 0.9), (0.4, 0.8)
+QUANTILES = (0.5, 0.75, 0.9)
+# A limit on both sides may lie from such a part of a command's mean size to such a part of its largest.
+OF_MEAN, OF_LARGEST, TRIED = 0.4, 0.8, 4
 # Part of its largest value to one side that a command reaches to the other where its limits count as alike, and the
 # units of what may: a servo's travel ends alike on both sides, so does a motor's current. A car's speed does not.
 BOTH_WAYS, ALIKE = 0.5, frozenset({"rad", "rad/s", "N", "N m"})
@@ -69,9 +71,9 @@ def _cut_at(body: Body, values: Array, quantiles: Sequence[float]) -> tuple[floa
 
 
 def _between(sizes: Array) -> tuple[float, ...]:
-    """From part of a command's mean size to part of its largest, to which a loop may go that knows no limit."""
+    """A loop that knows no limit may ask for many times what it gets: from one to the other in equal factors."""
     mean, largest = float(sizes.mean()), float(sizes.max())
-    return tuple(np.geomspace(PARTS[0] * mean, PARTS[1] * largest, 4).tolist()) if mean else ()
+    return tuple(np.geomspace(OF_MEAN * mean, OF_LARGEST * largest, TRIED).tolist()) if mean else ()
 
 
 def _starts(body: Body, values: Array) -> tuple[float, ...]:

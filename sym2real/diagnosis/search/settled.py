@@ -35,14 +35,16 @@ def settle(predicted: Predicted) -> Needed:
 def refuted(selection: Selection, gone: Collection[str] | None = None) -> Place | None:
     """Of the effects that the logs do not bear out, the one with the least weight in its place.
 
-    Where some have ``gone``, also of those in whose place another one that has not costs less.
+    Where it is said which have ``gone``, also of those in whose place another one that has not costs less; a threshold
+    costs less there only by more than chance, as in the search (see ``beam.py``), and takes no place.
     """
     near, present = Near.of(selection), selection.present
     weights = near.probabilities()
 
     def costs_less(place: Place) -> bool:
         instead = present if gone is None else _in_place(selection, place, gone)
-        return len(instead.chosen) == len(present.chosen) and instead.price < present.price
+        alike = len(instead.chosen) == len(present.chosen) and instead.thresholds <= present.thresholds
+        return alike and instead.price < present.price
 
     doubtful = [
         place

@@ -6,7 +6,6 @@ No pickle: a model from elsewhere runs no code.
 from __future__ import annotations
 
 import json
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -32,7 +31,7 @@ def network_file(network: ResidualMLP | Ensemble) -> bytes:
     weights = {name: tensor.contiguous() for name, tensor in network.state_dict().items()}
     columns: dict[str, Any] = _columns(network.columns)
     if isinstance(network, Ensemble):  # it puts its states back on the manifold that their fields say
-        columns = {group: [asdict(field) for field in getattr(network.layouts, group).fields] for group in columns}
+        columns = {group: fields for group, fields in network.layouts.to_dict().items() if group in columns}
     content: bytes = save(weights, {"about": json.dumps({**columns, **network.about()})})
     return content
 

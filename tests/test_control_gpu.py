@@ -112,15 +112,14 @@ class Case:
 def test_nvrtc_compiles_it_for_old_and_new_devices(robot: Robot, make: object, network: tuple) -> None:
     text, first = fused_text(Case(robot, make(), network).step, "gpu"), make is flying and not network
     try:
-        for architecture in ("compute_80", "compute_90") if first else ("compute_80",):
-            ptx = compile_cuda(text, architecture)
-            assert b".entry plan_samples" in ptx and b".entry noise_of" in ptx
-            assert b".local" not in ptx or b"fma.rn.f32" in ptx
+        for architecture in ("sm_80", "sm_90") if first else ("sm_80",):
+            code = compile_cuda(text, architecture)
+            assert code.startswith(b"\x7fELF") and b".text.plan_samples" in code and b".text.noise_of" in code
     except MissingDependencyError as error:
         pytest.skip(str(error))
     if first:
         with pytest.raises(CompilationError, match="NVRTC failed"):
-            compile_cuda(text.replace("plan_samples(const", "plan_samples(konst"))
+            compile_cuda(text.replace("plan_samples(const", "plan_samples(konst"), "sm_80")
 
 
 @pytest.mark.skipif(find_compiler() is None, reason="no C compiler")

@@ -1,4 +1,4 @@
-"""CUDA text → PTX by NVRTC (its wheel needs no GPU), and PTX → kernels that run where there is one."""
+"""CUDA text → machine code by NVRTC (its wheel needs no GPU), and code → kernels that run where there is a GPU."""
 
 from __future__ import annotations
 
@@ -11,28 +11,28 @@ import torch
 
 from sym2real.errors import CompilationError, MissingDependencyError
 
-OLDEST = "compute_80"  # PTX of it runs on every newer device
-
-
 @lru_cache(maxsize=1)
 def _nvrtc() -> ctypes.CDLL:
-    """The library of the ``nvidia-cuda-nvrtc`` wheel, or the one that torch brings.
+    """The library that torch or the wheel ``nvidia-cuda-nvrtc`` brings, of torch's own version of CUDA before others.
 
     Raises:
         MissingDependencyError: when there is none.
     """
-    package = importlib.util.find_spec("nvidia")
-    for folder in (package.submodule_search_locations or []) if package else []:
-        for file in sorted(Path(folder).rglob("libnvrtc.so*")):
-            return ctypes.CDLL(str(file))
+    package, major = importlib.util.find_spec("nvidia"), (torch.version.cuda or "").partition(".")[0]
+    places = package.submodule_search_locations or [] if package else []
+    files = [file for place in places for file in Path(place).rglob("libnvrtc.so*")]
+    for file in sorted(files, key=lambda file: (not file.name.endswith(f".so.{major}"), str(file))):
+        return ctypes.CDLL(str(file))
     try:
         return ctypes.CDLL("libnvrtc.so")
     except OSError as error:
         raise MissingDependencyError("CUDA kernels need NVRTC: pip install 'sym2real[gpu]'") from error
 
 
-def compile_cuda(text: str, architecture: str = OLDEST) -> bytes:
-    """PTX of a CUDA text.
+def compile_cuda(text: str, architecture: str) -> bytes:
+    """Machine code of a CUDA text for devices of an architecture, such as ``"sm_90"``.
+
+    No PTX: a driver that is older than NVRTC, of the same major version, runs the one and refuses the other.
 
     Raises:
         MissingDependencyError: without NVRTC.
@@ -48,10 +48,10 @@ def compile_cuda(text: str, architecture: str = OLDEST) -> bytes:
             log = ctypes.create_string_buffer(size.value)
             library.nvrtcGetProgramLog(program, log)
             raise CompilationError(f"NVRTC failed: {log.value.decode()[-2000:]}")
-        library.nvrtcGetPTXSize(program, ctypes.byref(size))
-        ptx = ctypes.create_string_buffer(size.value)
-        library.nvrtcGetPTX(program, ptx)
-        return ptx.raw
+        library.nvrtcGetCUBINSize(program, ctypes.byref(size))
+        code = ctypes.create_string_buffer(size.value)
+        library.nvrtcGetCUBIN(program, code)
+        return code.raw
     finally:
         library.nvrtcDestroyProgram(ctypes.byref(program))
 
@@ -72,11 +72,11 @@ class CudaModule:
         if not torch.cuda.is_available():
             raise CompilationError("there is no CUDA device here, or torch was built without CUDA")
         major, minor = torch.cuda.get_device_capability(device)
-        ptx = compile_cuda(text, f"compute_{major}{minor}")
+        code = compile_cuda(text, f"sm_{major}{minor}")
         self._device, self._driver, self._module = device, ctypes.CDLL("libcuda.so.1"), ctypes.c_void_p()
         with torch.cuda.device(device):
             torch.zeros(1, device=device)  # makes the context current
-            self._checked(self._driver.cuModuleLoadData(ctypes.byref(self._module), ptx))
+            self._checked(self._driver.cuModuleLoadData(ctypes.byref(self._module), code))
 
     def __call__(self, kernel: str, blocks: int, threads: int, *arguments: ctypes.Structure | ctypes.c_void_p) -> None:
         """Start a kernel on torch's present stream with so many blocks of so many threads."""

@@ -123,12 +123,18 @@ def contestants(one: Subject, samples: int, others: bool) -> list[Contestant]:
 
 
 def on_device(one: Subject, samples: int, device: str) -> list[Contestant]:
-    """The kernel and torch on a device."""
+    """The kernel, with and without a residual, and who else plans on a device."""
     here, module = with_samples(one, samples), compile_model(one.equations, device=device)
-    return [
+    small = Composed(one.equations, residual(one.robot, (64, 64))).to(device)
+    found = [
         Contestant("c", ours(here, module, backend="c", device=device), 5),
+        Contestant("c, residual 2×64", ours(here, small, backend="c", device=device), 5),
         Contestant("torch", ours(here, module, backend="torch", device=device)),
+        Contestant("pytorch-mppi", with_pytorch_mppi(here, module, samples, device=device)),
     ]
+    if has("jax"):
+        found.append(Contestant("JAX scan", with_jax(here, samples)[0]))
+    return found
 
 
 def _networks(here: Subject, samples: int, small: Composed, late: Composed) -> list[Contestant]:

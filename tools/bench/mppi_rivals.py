@@ -38,28 +38,39 @@ def stepped(dynamics: Callable[[Tensor, Tensor], Tensor]) -> Rollout:
 
 
 def with_pytorch_mppi(
-    subject: Subject, dynamics: Callable[[Tensor, Tensor], Tensor], samples: int, compiled: bool = False, past: int = 0
+    subject: Subject,
+    dynamics: Callable[[Tensor, Tensor], Tensor],
+    samples: int,
+    *,
+    compiled: bool = False,
+    past: int = 0,
+    device: str = "cpu",
 ) -> Step:
     """One ``command`` of pytorch-mppi with these dynamics and the task's cost; states end in so many past commands."""
     robot, settings = subject.robot, subject.robot.mppi
-    cost, goal = _cost(subject, compiled), subject.task.reference(torch.zeros(1)).float()
+    cost, goal = _cost(subject, compiled), subject.task.reference(torch.zeros(1)).float().to(device)
     size = len(robot.layouts.state)
+
+    def here(values: object) -> Tensor:
+        return torch.as_tensor(values, dtype=torch.float32, device=device)
+
     planner = pytorch_mppi.MPPI(
         dynamics,
         lambda state, action: cost(state[..., :size], action, goal)[..., 0],
         size + past * len(robot.layouts.action),
-        torch.diag(torch.tensor(settings.noise).float() ** 2),
+        torch.diag(here(settings.noise) ** 2),
         num_samples=samples,
         horizon=HORIZON,
+        device=device,
         lambda_=settings.temperature,
-        u_min=torch.tensor(robot.low).float(),
-        u_max=torch.tensor(robot.high).float(),
-        U_init=torch.tensor(robot.rest).float().repeat(HORIZON, 1),
+        u_min=here(robot.low),
+        u_max=here(robot.high),
+        U_init=here(robot.rest).repeat(HORIZON, 1),
     )
     if compiled:
         planner.compile()
-    start = torch.cat([torch.from_numpy(subject.start), torch.from_numpy(robot.rest).repeat(past)]).float()
-    return lambda: planner.command(start)
+    start = torch.cat([here(subject.start), here(robot.rest).repeat(past)])
+    return lambda: planner.command(start).tolist()
 
 
 def remembering(model: Composed, subject: Subject) -> Callable[[Tensor, Tensor], Tensor]:

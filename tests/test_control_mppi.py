@@ -39,7 +39,7 @@ Q, R = torch.diag(torch.tensor([1.0, 0.2])).double(), torch.diag(torch.tensor([0
 
 
 def linear(state: Tensor, action: Tensor) -> Tensor:
-    return state @ A.T.to(state.dtype) + action @ B.T.to(state.dtype)
+    return state @ A.T.to(state) + action @ B.T.to(state)
 
 
 def pendulum(state: Tensor, action: Tensor) -> Tensor:

@@ -45,18 +45,16 @@ def require_choices(backend: str, period: float) -> None:
 
 
 def device_of(device: str | torch.device) -> torch.device:
-    """A device that torch has here.
+    """A device that torch has here, by its number where there can be several.
 
     Raises:
         ModelError: for any other, with those that it has.
     """
     try:
-        found = torch.device(device)
-        torch.zeros(1, device=found)
+        return torch.zeros(1, device=torch.device(device)).device
     except (RuntimeError, AssertionError, NotImplementedError, TypeError):
         here = ["cpu", *(f"cuda:{number}" for number in range(torch.cuda.device_count()))]
         raise ModelError(f"device: expected one that torch has here ({', '.join(here)}), found {device!r}") from None
-    return found
 
 
 def planned_with(model: DynamicsModel | Callable[[Tensor, Tensor], Tensor], dtype: torch.dtype) -> DynamicsModel:

@@ -11,6 +11,7 @@ import torch
 
 from sym2real.errors import CompilationError, MissingDependencyError
 
+
 @lru_cache(maxsize=1)
 def _nvrtc() -> ctypes.CDLL:
     """The library that torch or the wheel ``nvidia-cuda-nvrtc`` brings, of torch's own version of CUDA before others.

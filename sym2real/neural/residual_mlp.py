@@ -23,7 +23,7 @@ from sym2real.layout import Layouts
 
 def joined(parts: list[Tensor]) -> Tensor:
     """Side by side in the last dimension; leading ones broadcast."""
-    batch = torch.broadcast_tensors([part[..., :1] for part in parts])[0].shape[:-1]
+    batch = torch.ops.aten.broadcast_tensors([part[..., :1] for part in parts])[0].shape[:-1]
     return torch.cat([part.expand(batch + part.shape[-1:]) for part in parts], dim=-1)
 
 

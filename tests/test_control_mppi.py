@@ -54,7 +54,7 @@ def expected_states(mppi: MPPI, state: np.ndarray) -> Tensor:
 
 def quadratic(state: Tensor, action: Tensor, reference: Tensor) -> Tensor:
     error = state - reference
-    return ((error @ Q.to(error.dtype)) * error).sum(-1) + ((action @ R.to(action.dtype)) * action).sum(-1)
+    return ((error @ Q.to(error)) * error).sum(-1) + ((action @ R.to(action)) * action).sum(-1)
 
 
 def cart_task(reference: Callable[[Tensor], Tensor] | None = None) -> Task:

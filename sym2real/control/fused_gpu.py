@@ -14,7 +14,7 @@ from sym2real.control.plan import shift
 from sym2real.control.weights import weigh
 from sym2real.native.nvrtc import CudaModule
 
-THREADS, TILE = 128, 8  # of a block; as in cuda.h
+THREADS, TILE = 128, 16  # of a block; as in cuda.h
 Module = Callable[..., None]
 
 

@@ -29,8 +29,9 @@ typedef struct {
 } TRACK; /* (steps, actions, samples): neighbours in a warp read neighbouring numbers */
 
 #define WIDTH 1
-#define TILE 8
+#define TILE 16
 #define UNROLLED _Pragma("unroll")
+#define ROLLED _Pragma("unroll 1")
 #define R(x) x##f
 #define OF_REAL(name) name##f
 #define INLINE static __device__ __forceinline__

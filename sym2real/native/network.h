@@ -9,6 +9,7 @@ INLINE const real *layer(const real *w, const v *x, int inputs, v *y, int output
 UNROLLED
         for (int t = 0; t < tile; t++) sum[t] = splat(w[t]);
         w += tile;
+ROLLED
         for (int i = 0; i < inputs; i++, w += tile) {
 UNROLLED
             for (int t = 0; t < tile; t++) sum[t] = x[i] * w[t] + sum[t];

@@ -13,6 +13,7 @@
 #define TILE 12
 #endif
 #define UNROLLED _Pragma("GCC unroll 16")
+#define ROLLED
 #if SINGLE
 typedef float real;
 typedef int integer;

@@ -121,9 +121,10 @@ def rollout(
 ) -> Tensor:
     """States after each action ``# (..., H, n)``.
 
-    Models that are rolled out often are compiled to C, see :mod:`sym2real.symbolic.native_choice`. TorchScript runs
-    without the executor's profiling: it takes the first two calls of a model ten times as long and makes the later
-    ones no faster.
+    Models that are rolled out often are compiled to C, see :mod:`sym2real.symbolic.native_choice`. On the processor
+    TorchScript runs without the executor's profiling: it takes the first two calls of a model ten times as long and
+    makes the later ones no faster. On a GPU it joins small kernels, in some seconds, and later calls are 5 to 18 times
+    as fast.
 
     Args:
         model: compiled model, any dynamics model, or a plain ``(state, action)`` function.
@@ -150,7 +151,7 @@ def rollout(
         if native is not None:
             values = model.values if parameters is None else parameters  # type: ignore[attr-defined]
             return native(state, actions, inputs, values)
-        with optimized_execution(False):
+        with optimized_execution(state.device.type != "cpu"):
             result: Tensor = whole(state, actions, inputs, parameters, *(() if past is None else (past,)))
         return result
     if parameters is not None:

@@ -21,9 +21,11 @@ from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.effects import effect
 from sym2real.effects.filters import with_hidden_start
+from sym2real.experiments.noisy_runs import noisy_runs
 from sym2real.plants import MujocoPlant
-from sym2real.robots import CRAZYFLIE, quadrotor
+from sym2real.robots import CRAZYFLIE, ROBOTS, quadrotor
 from sym2real.symbolic import compile_model, rollout, symbol
+from sym2real.tasks import make_task
 from sym2real.trajectory import Trajectory
 
 # What competes in these tests: the loop's gain, wind, centre of mass, delay.
@@ -181,3 +183,13 @@ def test_each_of_two_alike_commands_scatters_over_logs_by_itself() -> None:
     assert first > 0.0
     assert second > 0.0
     assert first != second
+
+
+def test_a_base_of_thousands_of_constants_is_kept_as_it_is() -> None:
+    """Those of six joints are masses and lengths of the simulator's own file; a matrix of each takes gigabytes."""
+    arm = ROBOTS["arm"]
+    start = dict(zip(arm.layouts.state, arm.start, strict=True))
+    moved = make_task("regulate", arm, goal={"shoulder": start["shoulder"] + 0.4})
+    flown = noisy_runs(arm, [moved], [("joint_friction:shoulder", {"value": 5.0})], count=1, rows=60)
+    base = arm.nominal()
+    assert refined(Library.of(base, []), flown, flown) is base

@@ -39,10 +39,15 @@ from sym2real.trajectory import Array
 # Relative standard deviation of a constant beforehand; constants that are nearly zero have that of this size.
 RELATIVE, SMALL = 0.1, 1e-3
 REFINING_STEPS = 4
+# Regression writes fewer. Equations of motion of three joints, unrolled over a period, have thousands: masses and
+# lengths that the simulator has too. Their normal equations, one matrix a segment, would take tens of gigabytes.
+MOST_CONSTANTS = 300
 
 
 def refined(library: Library, flown: Dataset, logs: Dataset) -> Equations:
     """The base with better constants as parameters; itself where its errors are far below the noise of the logs.
+
+    Itself as well where it has more constants than regression writes.
 
     Args:
         library: of the base.
@@ -54,6 +59,8 @@ def refined(library: Library, flown: Dataset, logs: Dataset) -> Equations:
     if given.total(library.null) / given.whitening.freedom < SETTINGS.worth_saying:
         return library.base
     constants = _of_constants(library.base)
+    if len(constants.slots) > MOST_CONSTANTS:
+        return library.base
     problems, start = _weighed(constants, with_velocities(segments), flown, noise), constants.null
     values = improved(problems, tuple(range(len(constants.slots))), start, start, REFINING_STEPS)
     found = dict(zip((slot.parameter.name for slot in constants.slots), values.tolist(), strict=True))

@@ -270,6 +270,17 @@ def test_numbered_quaternion_is_scalar_last(flight: Flight, tmp_path: Path) -> N
     check(flight, path, LogSpec.parse(found.toml().replace("# flip", "flip")), velocity=0.1)
 
 
+@pytest.mark.parametrize("prefix", ["t", "vicon.t"])
+def test_translations_by_their_letter_as_trajectories_of_tum_have_them(
+    flight: Flight, tmp_path: Path, prefix: str
+) -> None:
+    columns = {key.replace(".pose.pose.position.", prefix): values for key, values in ros(flight).items()}
+    path = save(tmp_path, columns)
+    found = inspect_logs(path)
+    assert [found.spec.columns[axis].column for axis in "xyz"] == [f"{prefix}{axis}" for axis in "xyz"]
+    check(flight, path, found.spec)
+
+
 def test_inverse_attitude_and_commands(flight: Flight, tmp_path: Path) -> None:
     path = save(tmp_path, inverse_attitude(flight))
     found = inspect_logs(path)

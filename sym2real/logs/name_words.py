@@ -29,7 +29,7 @@ LETTERS = (
     (("v",), "V", WORDS["battery"]),
 )
 
-_COMPOUND = re.compile(r"(pos|p|vel|v|omega|gyro|gyr|g|w|accel|acc|a|quat|q|force|f|torque|tau|tor|d)_?([wxyz])")
+_COMPOUND = re.compile(r"(pos|p|t|vel|v|omega|gyro|gyr|g|w|accel|acc|a|quat|q|force|f|torque|tau|tor|d)_?([wxyz])")
 _REVERSED = re.compile(r"([xyz])_?(pos|vel|dot|acc|gyro|rate)")
 _ANGLE_RATE = re.compile(r"(roll|pitch|yaw|phi|theta|psi|heading)(rate|speed|dot|vel)")
 _NUMBERED = re.compile(r"([a-z]+)(\d)")

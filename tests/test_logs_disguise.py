@@ -234,6 +234,10 @@ def test_compass_names() -> None:
     assert assign(["v_n", "v_e", "v_d"]).columns == {"vx": "v_n", "vy": "v_e", "vz": "v_d"}
     assert assign(["east_m", "north_m", "up_m"]).columns == {"x": "east_m", "y": "north_m", "z": "up_m"}
     assert assign(["east", "north", "heading"]).columns == {"x": "east", "y": "north", "yaw": "heading"}
+    assert assign(["East [m]", "North [m]"]).columns == {"x": "East [m]", "y": "North [m]"}
+    assert assign(["utm_n", "utm_e"]).columns == {"x": "utm_e", "y": "utm_n"}
+    assert assign(["pos_e", "pos_n", "pos_d"]).columns == {"x": "pos_n", "y": "pos_e", "z": "pos_d"}
+    assert assign(["port_n", "easting", "northing", "hdg"]).columns == {"x": "easting", "y": "northing", "yaw": "hdg"}
     assert assign(["north", "east", "down"]).columns == {"x": "north", "y": "east", "z": "down"}
     # A desired speed alone is no third axis.
     assert "vz" not in assign(["v_d", "steer"]).columns

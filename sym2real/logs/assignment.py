@@ -22,7 +22,7 @@ ATTITUDE_OF_ROLE = {"state": "attitude", "command": "attitude_command", "referen
 ANGLES = ("roll", "pitch", "yaw")
 # World axes as navigation names them, in the order of x, y, z: north-east-down, or east-north-up.
 COMPASS = (("north", "east", "down"), ("n", "e", "d"), ("east", "north", "up"), ("e", "n", "u"))
-LEVEL = ("east", "north")
+LEVEL = (("east", "north"), ("easting", "northing"), ("e", "n"))
 # A heading as this package writes it, the measured one and where it should be.
 HEADINGS = (("sin_yaw", "cos_yaw"), ("ref_sin_yaw", "ref_cos_yaw"))
 LETTERS = {"p": "x", "q": "y", "r": "z"}
@@ -69,10 +69,10 @@ def assign(names: Sequence[str], motors: int = 4) -> Assignment:
     result = Assignment()
     result.columns = {name: name for pair in HEADINGS if {*pair} <= {*names} for name in pair}
     names = [name for name in names if name not in result.columns]
-    result.named = {name: named for name in names if (named := read_name(name)) is not None}
-    for name in _counted_joints(result.named, names):
+    sure = _compass(names) | _numbered(names)  # what several names say together goes before what one says
+    result.named = sure | {name: said for name in names if name not in sure and (said := read_name(name))}
+    for name in _counted_joints(result.named, [name for name in names if name not in sure]):
         del result.named[name]
-    result.named |= _compass(names) | _numbered(names)
     _settle_letters(result)
     for name, named in result.named.items():
         _place(result, name, named)
@@ -110,9 +110,9 @@ def _compass(names: Sequence[str]) -> dict[str, Named]:
     found: dict[str, Named] = {}
     written = {name.lower(): name for name in names}  # ArduPilot's PN, PE, PD
     level = not any(re.search(r"up|down", name, re.IGNORECASE) for name in names)
-    for name in names:
-        for axes in (*COMPASS, ALONG_BODY, LEVEL) if level else (*COMPASS, ALONG_BODY):
-            match = re.fullmatch(rf"(.*?){axes[0]}((?:_[a-z]+)?)", name, re.IGNORECASE)
+    for axes in (*COMPASS, ALONG_BODY, *(LEVEL if level else ())):
+        for name in (name for name in names if name not in found):
+            match = re.fullmatch(rf"(.*?){axes[0]}((?:_[a-z]+| *[\[(].*)?)", name, re.IGNORECASE)
             alike = [written.get(f"{match[1]}{axis}{match[2]}".lower(), "") for axis in axes] if match else []
             standard = ("vx", "vy", "vz") if axes is ALONG_BODY else "xyz"[: len(axes)]
             meant = [read_name(f"{match[1]}{axis}{match[2]}") for axis in standard] if match else []

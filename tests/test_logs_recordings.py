@@ -166,6 +166,28 @@ def test_between_messages_an_angle_turns_the_short_way_and_a_quaternion_has_one_
     assert np.all(table["pose.orientation.w"] > 0.98)
 
 
+@pytest.mark.parametrize("attitude", ["heading", "quaternion"])
+def test_what_a_specification_says_of_an_attitude_counts_whatever_its_columns_are_called(
+    attitude: str, tmp_path: Path
+) -> None:
+    slow, fast = 0.1 * np.arange(120), 0.02 * np.arange(590)
+    turned = RATE * slow
+    course = (turned + np.pi) % (2 * np.pi) - np.pi
+    half = np.stack([np.cos(turned / 2), 0 * turned, 0 * turned, np.sin(turned / 2)])
+    half[:, ::3] *= -1.0  # the same attitude
+    place = [RADIUS * np.sin(turned), RADIUS * (1 - np.cos(turned))]
+    header, values = ("course", [course]) if attitude == "heading" else ("r1,r2,r3,r4", [*half])
+    pose = np.stack([slow, *place, *values], axis=1)
+    board = np.stack([fast, *np.outer([0.2, 0.9, RATE], 1 + 0 * fast)], axis=1)
+    np.savetxt(tmp_path / "pose.csv", pose, delimiter=",", header=f"t,e1,e2,{header}", comments="")
+    np.savetxt(tmp_path / "board.csv", board, delimiter=",", header="t,steering,speed,gyro_z", comments="")
+    told = '[attitude]\nquaternion = ["r1", "r2", "r3", "r4"]' if attitude == "quaternion" else 'yaw = "course"'
+    spec = LogSpec.parse(f'[columns]\nx = "e1"\ny = "e2"\nsteer = "steering"\nspeed = "speed"\nwz = "gyro_z"\n{told}\n')
+    log = read_log([tmp_path / "pose.csv", tmp_path / "board.csv"], spec, CAR, dt=0.02)
+    read = np.unwrap(np.arctan2(log.column("sin_yaw"), log.column("cos_yaw")))
+    np.testing.assert_allclose(read, RATE * log.time, atol=1e-3)
+
+
 def test_small_angles_in_degrees_stay_what_they_are() -> None:
     """A hover's roll of a few degrees looks like radians, and changes by more than π of them between messages."""
     slow, fast = 0.1 * np.arange(40), 0.02 * np.arange(190)

@@ -8,8 +8,7 @@ from sym2real.dataset import Dataset
 from sym2real.errors import DataError
 from sym2real.layout import Layouts
 from sym2real.logs.opened import Opened, in_step
-from sym2real.logs.recordings import is_bag_folder
-from sym2real.logs.recordings.recording import is_command
+from sym2real.logs.recordings import Said, is_bag_folder
 from sym2real.logs.resample import COMMANDS, GAP_INTERVALS
 from sym2real.logs.several_files import LogFiles, one_log_each, read_parts
 from sym2real.logs.specification import LogSpec
@@ -154,5 +153,10 @@ def _read(files: LogFiles, spec: LogSpec | None, layouts: Layouts | None) -> Tab
     if spec is None:
         return read_parts(files)
     actions = COMMANDS.union(layouts.action if layouts else ())
+    joints = layouts.state.joints if layouts else ()
     sent = {source.column: name in actions for name, source in spec.columns.items() if not name.startswith("ref_")}
-    return read_parts(files, spec.sources, spec.header, lambda name: sent.get(name, is_command(name)))
+    turning = [source.column for name, source in spec.columns.items() if name in {"yaw", "ref_yaw", *joints}]
+    attitudes = (spec.attitude, spec.attitude_command, spec.reference_attitude)
+    euler = [column for attitude in attitudes for column in attitude.euler]
+    quaternions = [attitude.quaternion for attitude in attitudes if attitude.quaternion]
+    return read_parts(files, spec.sources, spec.header, Said(sent, {*turning, *euler}, quaternions))

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from sym2real.errors import DataError
 from sym2real.logs import csv_file, parquet_file
 from sym2real.logs.names import read_name
-from sym2real.logs.recordings.recording import TIME, Recording, Sent, Topic
+from sym2real.logs.recordings.recording import BY_NAMES, TIME, Recording, Said, Topic
 from sym2real.logs.table import TABLES, TEXTS, Table, file_type, read_table
 from sym2real.trajectory import Array
 
@@ -50,7 +50,7 @@ def one_log_each(files: Sequence[Path], header: Sequence[str] = ()) -> list[LogF
 
 
 def read_parts(
-    files: LogFiles, wanted: Sequence[str] | None = None, header: Sequence[str] = (), sent: Sent | None = None
+    files: LogFiles, wanted: Sequence[str] | None = None, header: Sequence[str] = (), said: Said = BY_NAMES
 ) -> Table:
     """The one table of a log's files; arguments and errors as of :func:`~sym2real.logs.table.read_table`.
 
@@ -61,13 +61,13 @@ def read_parts(
     for file in files:
         own = rest[: len(_names(file))] if header and len(files) > 1 else rest
         rest = rest[len(own) :]
-        tables.append(read_table(file, wanted, own, sent))
+        tables.append(read_table(file, wanted, own, said))
     if len(tables) == 1:
         return tables[0]
     shared = set.intersection(*({*table.columns} for table in tables))
     clock = next((name for name in tables[0].columns if name in shared and _is_time(name)), "")
     if clock and not _same_stamps(tables, clock):
-        return _by_stamps(tables, clock, sent)
+        return _by_stamps(tables, clock, said)
     return _row_by_row(tables)
 
 
@@ -106,7 +106,7 @@ def _same_stamps(tables: Sequence[Table], clock: str) -> bool:
     return alike and max(len(table) for table in tables) <= fewest + 1
 
 
-def _by_stamps(tables: Sequence[Table], clock: str, sent: Sent | None) -> Table:
+def _by_stamps(tables: Sequence[Table], clock: str, said: Said) -> Table:
     """Rows of the fastest, the others interpolated or held."""
     topics = tuple(
         Topic(
@@ -117,7 +117,7 @@ def _by_stamps(tables: Sequence[Table], clock: str, sent: Sent | None) -> Table:
         for table in tables
     )
     recording = Recording(topics)
-    columns = recording.together(recording.columns, sent)
+    columns = recording.together(recording.columns, said)
     how = f"by {clock!r}: measurements interpolated, commands held"
     stamps = columns.pop(TIME)
     return _named(tables, {clock: stamps, **columns}, 1 + np.arange(len(stamps)), how)

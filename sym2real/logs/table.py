@@ -15,7 +15,7 @@ from sym2real.errors import DataError
 from sym2real.files import require_file
 from sym2real.logs import arrow_file, csv_file, parquet_file
 from sym2real.logs.missing import listed
-from sym2real.logs.recordings import RECORDINGS, Recording, Sent, is_bag_folder, is_card_log
+from sym2real.logs.recordings import BY_NAMES, RECORDINGS, Recording, Said, is_bag_folder, is_card_log
 from sym2real.logs.split_stamps import whole_stamps
 from sym2real.registry import Registry
 from sym2real.trajectory import Array
@@ -102,7 +102,7 @@ class Table:
 
 
 def read_table(
-    path: str | Path, wanted: Collection[str] | None = None, header: Sequence[str] = (), sent: Sent | None = None
+    path: str | Path, wanted: Collection[str] | None = None, header: Sequence[str] = (), said: Said = BY_NAMES
 ) -> Table:
     """Read a CSV or Parquet file, an Arrow stream, or a recording.
 
@@ -111,7 +111,7 @@ def read_table(
         wanted: columns that a specification names, which decide which topics of a recording are taken; None for those
             whose names are known.
         header: names of the columns of a text file that has none.
-        sent: whether a column of a recording holds commands, by its name, where that does not say so.
+        said: of columns of a recording, where their names do not say so.
 
     Raises:
         DataError: naming the file and, where it applies, row, column, what was expected and what was found.
@@ -125,7 +125,7 @@ def read_table(
         require_file(file)
     try:
         if kind in RECORDINGS:
-            return _of_recording(file, RECORDINGS[kind](file), wanted, sent)
+            return _of_recording(file, RECORDINGS[kind](file), wanted, said)
         if header and kind not in TEXTS:
             raise DataError(file, "a text file, where names of the columns are given", f"{kind}, which has names")
         return table_of(file, *(csv_file.read(file, header) if kind in TEXTS else GROWING[kind](file)))
@@ -163,11 +163,11 @@ def file_type(file: Path) -> str:
     return ".usd" if is_card_log(file) else file.suffix.lower()
 
 
-def _of_recording(file: Path, recording: Recording, wanted: Collection[str] | None, sent: Sent | None) -> Table:
+def _of_recording(file: Path, recording: Recording, wanted: Collection[str] | None, said: Said) -> Table:
     if not recording.topics:
         raise DataError(file, "a topic with numbers", "none")
     if recording.metadata is None:
-        columns = recording.together(wanted, sent)
+        columns = recording.together(wanted, said)
     else:
         columns = {name: values for topic in recording.topics for name, values in topic.columns.items()}
     return table_of(file, [*columns], [*columns.values()], 1, recording.metadata)

@@ -9,8 +9,8 @@ Where a topic is silent for longer than :data:`SILENCE` of its periods, its meas
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -18,12 +18,34 @@ from sym2real.logs.assignment import assign
 from sym2real.logs.names import read_name
 from sym2real.trajectory import Array
 
-Sent = Callable[[str], bool]
 TIME = "t"  # name of the column of stamps, s since the first message
 # Up to so many periods between messages are a short hole, as between rows of a file (docs/specification.md).
 SILENCE = 3.5
 ANGLES = frozenset({"roll", "pitch", "yaw"})
 ROUNDING = 0.1  # rad; headings are logged up to a full turn, and a little more after rounding
+
+
+@dataclass(frozen=True)
+class Said:
+    """What is known of columns beyond what their names say.
+
+    Args:
+        sent: by column, whether it holds commands.
+        angles: columns of angles, which may jump by whole turns.
+        quaternions: the four columns of each.
+    """
+
+    sent: Mapping[str, bool] = field(default_factory=dict)
+    angles: Collection[str] = ()
+    quaternions: Collection[tuple[str, ...]] = ()
+
+    def is_command(self, column: str) -> bool:
+        """Whether it was sent or wanted, not measured."""
+        named = read_name(column)
+        return self.sent.get(column, named is not None and named.role != "state")
+
+
+BY_NAMES = Said()
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,31 +95,24 @@ class Recording:
         """Names of all columns."""
         return [name for topic in self.topics for name in topic.columns]
 
-    def together(self, wanted: Collection[str] | None = None, sent: Sent | None = None) -> dict[str, Array]:
+    def together(self, wanted: Collection[str] | None = None, said: Said = BY_NAMES) -> dict[str, Array]:
         """Columns ``# (rows,)`` of the topics that hold one of the wanted columns, and :data:`TIME`.
 
         Args:
             wanted: names of columns; None for those whose names say that they belong to a robot's log. Where no topic
                 holds one, all topics are taken.
-            sent: whether a column of that name holds commands; by default its name says so.
+            said: of columns, where their names do not say so.
         """
-        sent = sent or is_command
         asked = set(_recognised(self.columns) if wanted is None else wanted)
         used = [topic.in_order() for topic in self.topics if asked & topic.columns.keys()]
         used = used or [topic.in_order() for topic in self.topics]
-        rows = max(used, key=lambda topic: (not all(map(sent, topic.columns)), topic.rate))
+        rows = max(used, key=lambda topic: (not all(map(said.is_command, topic.columns)), topic.rate))
         start = min(topic.stamps[0] for topic in used)
         table = {TIME: rows.stamps - start, **rows.columns}
         for topic in used:
             if topic is not rows:
-                table |= _at(topic, rows.stamps, sent)
+                table |= _at(topic, rows.stamps, said)
         return table
-
-
-def is_command(column: str) -> bool:
-    """Whether a column's name says that it was sent or wanted, not measured."""
-    named = read_name(column)
-    return named is not None and named.role != "state"
 
 
 def _recognised(columns: list[str]) -> list[str]:
@@ -106,7 +121,7 @@ def _recognised(columns: list[str]) -> list[str]:
     return [column for part in parts for column in part.values()]
 
 
-def _at(topic: Topic, stamps: Array, sent: Sent) -> dict[str, Array]:
+def _at(topic: Topic, stamps: Array, said: Said) -> dict[str, Array]:
     """A topic's columns at other stamps ``# (rows,)``."""
     steps = np.diff(stamps, append=np.inf)
     middle = stamps + 0.5 * np.minimum(steps, np.median(steps))  # not of a gap
@@ -115,10 +130,10 @@ def _at(topic: Topic, stamps: Array, sent: Sent) -> dict[str, Array]:
     held = {
         name: np.where(begun, values[np.maximum(before, 0)], np.nan)
         for name, values in topic.columns.items()
-        if sent(name)
+        if said.is_command(name)
     }
     heard = _heard(topic.stamps, stamps)
-    measured = _without_jumps({name: values for name, values in topic.columns.items() if name not in held})
+    measured = _without_jumps({name: values for name, values in topic.columns.items() if name not in held}, said)
     return held | {
         name: np.where(heard, np.interp(stamps, topic.stamps, values), np.nan) for name, values in measured.items()
     }
@@ -134,13 +149,14 @@ def _heard(own: Array, stamps: Array) -> Array:
     return close
 
 
-def _without_jumps(columns: Mapping[str, Array]) -> dict[str, Array]:
+def _without_jumps(columns: Mapping[str, Array], said: Said) -> dict[str, Array]:
     """Angles without full turns and quaternions without changes of sign, so that lines between rows mean something."""
     result = dict(columns)
-    quaternions: dict[str, list[str]] = {}
+    quaternions = {str(parts): [*parts] for parts in said.quaternions if {*parts} <= columns.keys()}
+    known = {part for parts in quaternions.values() for part in parts}
     for name, values in columns.items():
-        named = read_name(name)
-        if named is not None and named.quantity in ANGLES:
+        named = None if name in known else read_name(name)
+        if name in said.angles or (named is not None and named.quantity in ANGLES):
             there = ~np.isnan(values)  # past an empty cell NumPy unwraps nothing
             span = values[there].max(initial=-np.inf) - values[there].min(initial=np.inf)
             turn = 2 * np.pi if span <= 2 * np.pi + ROUNDING else 360.0

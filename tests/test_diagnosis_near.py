@@ -92,6 +92,17 @@ def test_what_stays_once_another_has_gone_gives_way_to_what_the_logs_ask_for() -
     assert [one.name for one in needed.dropped] == ["added_mass"]
 
 
+def test_what_predictions_need_is_asked_for_once_what_they_do_not_need_has_gone() -> None:
+    """80 mg stood first, as what explains a few hundredths of a second as well as a wind may."""
+    flights = flights_with_all({"wind": WIND, "added_mass": {"value": 8e-5}})
+    selection = chosen(("wind", "added_mass", "linear_drag"), "added_mass", flights=flights)
+    problem = selection.problems.problem
+    needed = settle(Predicted(selection, problem.library, problem.data))
+    assert [one.name for one in selection.chosen] == ["wind"]
+    assert [one.name for one in needed.dropped] == ["added_mass"]
+    assert needed.small == ()
+
+
 def test_once_others_have_gone_what_costs_less_takes_the_place_of_what_the_logs_do_not_refute() -> None:
     """A linear drag stands for a small quadratic one beyond chance, and with a tenth of the weight."""
     keys, flights = ("linear_drag", "quadratic_drag"), flights_with("quadratic_drag", {"value": 0.003})

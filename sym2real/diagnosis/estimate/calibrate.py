@@ -56,14 +56,12 @@ def refined(library: Library, flown: Dataset, logs: Dataset) -> Equations:
     """
     noise, segments = component_noise(logs), cut(flown)
     given = _weighed(library, segments, flown, noise)
-    if given.total(library.null) / given.whitening.freedom < SETTINGS.worth_saying:
+    free = _of_constants(library.base)
+    if given.total(library.null) < SETTINGS.worth_saying * given.whitening.freedom or len(free.slots) > MOST_CONSTANTS:
         return library.base
-    constants = _of_constants(library.base)
-    if len(constants.slots) > MOST_CONSTANTS:
-        return library.base
-    problems, start = _weighed(constants, with_velocities(segments), flown, noise), constants.null
-    values = improved(problems, tuple(range(len(constants.slots))), start, start, REFINING_STEPS)
-    found = dict(zip((slot.parameter.name for slot in constants.slots), values.tolist(), strict=True))
+    problems, start = _weighed(free, with_velocities(segments), flown, noise), free.null
+    values = improved(problems, tuple(range(len(free.slots))), start, start, REFINING_STEPS)
+    found = dict(zip((slot.parameter.name for slot in free.slots), values.tolist(), strict=True))
     return replace(lifted(library.base), parameters={**library.base.parameters, **found})
 
 

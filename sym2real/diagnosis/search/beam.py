@@ -185,10 +185,6 @@ class Beam:
         """Whether no set that is known with one effect less is as cheap."""
         return all(effects.price < self.sets[names].price for names in effects.smaller if names in self.sets)
 
-    def _holds(self, effects: EffectSet) -> bool:
-        """Whether every effect of a set is beyond chance."""
-        return all(self.selection.significant(effects.fit, member) for member in effects.chosen)
-
     def _best(self) -> EffectSet:
         """The cheapest set that is beyond chance; of a search that has just begun with others, the cheapest.
 
@@ -196,7 +192,7 @@ class Beam:
         than an effect without one in its place, by more than the standard error.
         """
         by_price = sorted(self.sets.values(), key=lambda effects: effects.price)
-        holding = (effects for effects in by_price if self._worth_its_size(effects) and self._holds(effects))
+        holding = (effects for effects in by_price if self._worth_its_size(effects) and self.selection.holds(effects))
         best = next(holding, by_price[0])
         plainer = (
             effects
@@ -205,7 +201,7 @@ class Beam:
             and effects.thresholds < best.thresholds
             and self._worth_its_size(effects)
             and not self.selection.surely_cheaper(best, effects)
-            and self._holds(effects)
+            and self.selection.holds(effects)
         )
         return next(plainer, best)
 

@@ -58,5 +58,5 @@ def _narrow(selection: Selection) -> Iterator[EffectSet]:
         said, slots = parameter_set(selection, larger.chosen, larger.fit.values), larger.candidate.slots
         least = least_gain(problems, larger.candidate, larger.fit.values, count)
         saves = larger.loss < (1 - least) * effects.loss and bool((said != library.null)[slots].any())
-        if saves and all(selection.significant(larger.fit, member) for member in larger.chosen):
+        if saves and selection.holds(larger):
             yield larger

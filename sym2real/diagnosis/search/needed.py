@@ -101,6 +101,15 @@ class Predicted:
         selection = self.selection
         return beyond_trim(selection.problems, fit, candidate, selection.origin, selection.tried)
 
+    def needs_most(self, larger: Sequence[EffectSet]) -> EffectSet | None:
+        """Of sets with one effect more than was chosen, that whose one predictions need most; None if none."""
+        if not (larger and self.horizons):
+            return None
+        chosen = [(self.selection.chosen, self.selection.fit), *((other.chosen, other.fit) for other in larger)]
+        without, *others = self._by(chosen)
+        rises = [largest_rise(other, without) for other in others]
+        return larger[int(np.argmax(rises))] if max(rises) > 1.0 else None
+
     def _by(self, models: Sequence[tuple[Sequence[Candidate], Fit]]) -> list[Stage]:
         selection, after = self.selection, scored_after(self.selection)
         stages = [("", left_out_sets(selection, chosen, fit)) for chosen, fit in models]

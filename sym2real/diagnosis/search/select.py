@@ -199,6 +199,10 @@ class Selection:
             self._significant[asked] = inside and beyond_chance(self.problems, fit, candidate, self.origin, self.tried)
         return self._significant[asked]
 
+    def holds(self, effects: EffectSet) -> bool:
+        """Whether every effect of a set is beyond chance."""
+        return all(self.significant(effects.fit, member) for member in effects.chosen)
+
     def at_bound(self, fit: Fit, candidate: Candidate) -> bool:
         """Whether a fit has driven a parameter to the end of what is likely, which is not where the effect is none."""
         library = self.problems.problem.library

@@ -1,7 +1,8 @@
 """What is left of a choice once effects have gone that predictions do not need, or that the sets around it refute.
 
 The others did part of what such an effect had done, or undid it, and are fitted again without it. What was the cheapest
-set of effects beyond chance need not be one any more. And it is one set among those near it: an effect beyond chance
+set of effects beyond chance need not be one any more: predictions may need what explained the logs nearly as well as
+one that has gone, as a servo's lag in place of an arm. And it is one set among those near it: an effect beyond chance
 beside some effects alone is not there for sure. So an effect that is within chance, that has next to no weight against
 none or another one in its place, that one at the end of what is likely outdoes there, or that is none within its
 intervals, which cover the choice of the effects beside it, gives way to what is cheapest there, which may be nothing.
@@ -9,7 +10,7 @@ intervals, which cover the choice of the effects beside it, gives way to what is
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 
 from sym2real.diagnosis.search.effect_set import EffectSet
 from sym2real.diagnosis.search.intervals import none_within
@@ -23,13 +24,25 @@ def settle(predicted: Predicted) -> Needed:
     """Drop effects that predictions do not need, and those that the logs do not bear out, until all others stand."""
     selection, needed = predicted.selection, keep_needed(predicted)
     dropped, gone = needed.dropped, {candidate.name for candidate in needed.dropped}
-    while (place := refuted(selection, gone)) is not None:
-        instead = _in_place(selection, place, gone)
-        selection.put(instead.chosen, instead.fit)
+    while more := predicted.needs_most(_asked_again(selection, gone)) or _instead(selection, gone):
+        gone |= {candidate.name for candidate in selection.chosen if candidate not in more.chosen}
+        selection.put(more.chosen, more.fit)
         needed = keep_needed(predicted)
         dropped += needed.dropped
-        gone |= {place.candidate.name, *(candidate.name for candidate in needed.dropped)}
+        gone |= {candidate.name for candidate in needed.dropped}
     return Needed(dropped, needed.small)
+
+
+def _asked_again(selection: Selection, gone: Collection[str]) -> list[EffectSet]:
+    """Sets with one effect more that are cheaper and beyond chance, once others have gone."""
+    present = selection.present
+    larger = _standing(selection, selection.larger(present), gone) if gone else []
+    return [one for one in larger if one.price < present.price]
+
+
+def _instead(selection: Selection, gone: Collection[str]) -> EffectSet | None:
+    """What takes the place of an effect that the logs do not bear out; None where all are borne out."""
+    return (place := refuted(selection, gone)) and _in_place(selection, place, gone)
 
 
 def refuted(selection: Selection, gone: Collection[str] | None = None) -> Place | None:
@@ -61,6 +74,9 @@ def refuted(selection: Selection, gone: Collection[str] | None = None) -> Place 
 def _in_place(selection: Selection, place: Place, gone: Collection[str]) -> EffectSet:
     """The cheapest of the set without an effect, and with another in its place that has not gone."""
     empty = selection.set_of([member for member in selection.chosen if member is not place.candidate], place.empty)
-    rivals = [rival for rival in place.rivals if rival.candidate.name not in gone]
-    others = (rival for rival in rivals if all(selection.significant(rival.fit, each) for each in rival.chosen))
-    return min([empty, *others], key=lambda effects: effects.price)
+    return min([empty, *_standing(selection, place.rivals, gone)], key=lambda effects: effects.price)
+
+
+def _standing(selection: Selection, sets: Sequence[EffectSet], gone: Collection[str]) -> list[EffectSet]:
+    """Sets whose last effect has not gone, and whose every effect is beyond chance."""
+    return [effects for effects in sets if effects.candidate.name not in gone and selection.holds(effects)]

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 import torch
 from noisy_flights import LEFT_OUT, flights, flights_with, flights_with_all
 from numpy.typing import NDArray
 
+from sym2real.control.logged import Replayed
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import add, diagnose
 from sym2real.diagnosis.estimate import overfit
@@ -22,8 +25,8 @@ from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.effects import effect
 from sym2real.effects.filters import with_hidden_start
 from sym2real.experiments.noisy_runs import noisy_runs
-from sym2real.plants import MujocoPlant
-from sym2real.robots import CRAZYFLIE, ROBOTS, quadrotor
+from sym2real.plants import MujocoPlant, run_episode
+from sym2real.robots import CRAZYFLIE, ROBOTS, Robot, quadrotor
 from sym2real.symbolic import compile_model, rollout, symbol
 from sym2real.tasks import make_task
 from sym2real.trajectory import Trajectory
@@ -193,3 +196,27 @@ def test_a_base_of_thousands_of_constants_is_kept_as_it_is() -> None:
     flown = noisy_runs(arm, [moved], [("joint_friction:shoulder", {"value": 5.0})], count=1, rows=60)
     base = arm.nominal()
     assert refined(Library.of(base, []), flown, flown) is base
+
+
+SERVOS = """<mujoco><option timestep="0.002"/><worldbody><body pos="0 0 1">
+<joint name="shoulder" type="hinge" axis="0 1 0" range="-120 120" damping="0.4"/>
+<geom type="capsule" fromto="0 0 0 0.32 0 0" size="0.035" mass="1.9" contype="0" conaffinity="0"/>
+<body pos="0.32 0 0"><joint name="elbow" type="hinge" axis="0 1 0" range="-150 150" damping="0.2"/>
+<geom type="capsule" fromto="0 0 0 0.27 0 0" size="0.025" mass="0.9" contype="0" conaffinity="0"/>
+</body></body></worldbody><actuator>
+<position name="shoulder_servo" joint="shoulder" kp="160" kv="16" ctrlrange="-2 2"/>
+<position name="elbow_servo" joint="elbow" kp="70" kv="5" ctrlrange="-2.5 2.5"/></actuator></mujoco>"""
+
+
+def test_an_arm_on_servos_is_calibrated_on_the_manoeuvres_of_its_logs(tmp_path: Path) -> None:
+    """A regulator about one posture throws it from limit to limit; under the commands of its logs it moves as there."""
+    (tmp_path / "servos.xml").write_text(SERVOS)
+    robot = Robot.from_mjcf(tmp_path / "servos.xml", dt=0.01)
+    time = 0.01 * np.arange(600)[:, None]
+    sent = [-0.6, 1.2] + 0.5 * np.sin(time * [2.1, 3.3]) + 0.2 * np.sin(time * [7.0, 5.0])
+    plant = MujocoPlant(robot, [effect("delay", robot).inject(value=0.03)])
+    log = run_episode(plant, Replayed(sent), start=[*sent[0], 0.0, 0.0], steps=len(sent))
+    flown, _ = flown_along(robot.nominal(), MujocoPlant(robot), Dataset([log]))
+    assert flown is not None
+    (flight,) = flown
+    assert np.abs(flight.state[:, :2] - log.state[: len(flight), :2]).max() < 0.15

@@ -28,7 +28,8 @@ class Replayed:
 
     def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
         """The command of a step ``# (action,)``."""
-        return self.commands[step]
+        sent: Array = self.commands[step]
+        return sent
 
     def remember(self, sent: ArrayLike) -> None:
         """What was sent changes nothing."""

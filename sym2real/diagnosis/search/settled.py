@@ -42,7 +42,8 @@ def _asked_again(selection: Selection, gone: Collection[str]) -> list[EffectSet]
 
 def _instead(selection: Selection, gone: Collection[str]) -> EffectSet | None:
     """What takes the place of an effect that the logs do not bear out; None where all are borne out."""
-    return (place := refuted(selection, gone)) and _in_place(selection, place, gone)
+    place = refuted(selection, gone)
+    return None if place is None else _in_place(selection, place, gone)
 
 
 def refuted(selection: Selection, gone: Collection[str] | None = None) -> Place | None:

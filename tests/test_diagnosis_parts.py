@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,8 +19,10 @@ from sym2real.diagnosis.estimate import overfit
 from sym2real.diagnosis.estimate.calibrate import refined
 from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.overfit import improved, lower_factor
+from sym2real.diagnosis.estimate.quadratic import Hypothesis
 from sym2real.diagnosis.estimate.simulator import flown_along
 from sym2real.diagnosis.estimate.weighing import whiten
+from sym2real.diagnosis.estimate.whitening import Spread
 from sym2real.diagnosis.predict.candidate import candidates, library_for
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
@@ -220,3 +224,26 @@ def test_an_arm_on_servos_is_calibrated_on_the_manoeuvres_of_its_logs(tmp_path: 
     assert flown is not None
     (flight,) = flown
     assert np.abs(flight.state[:, :2] - log.state[: len(flight), :2]).max() < 0.15
+
+
+def test_a_step_goes_no_further_than_the_quadratic_model_holds(tmp_path: Path) -> None:
+    """Both links swing upright: to first order a roll of the base is nothing, and much of it a lighter arm."""
+    text = re.sub(r'kp="\d+" kv="\d+" ', "", SERVOS).replace("<position", "<motor")
+    (tmp_path / "motors.xml").write_text(text)
+    arm = Robot.from_mjcf(tmp_path / "motors.xml", dt=0.02)
+    sent = [1.5, 0.4] * np.sin(0.02 * np.arange(300)[:, None] * [2.1, 3.3])
+    log = run_episode(MujocoPlant(arm), Replayed(sent), start=[1.5, 0.1, 0.0, 0.0], steps=len(sent))
+    base = arm.nominal()
+    problem = Problem(Library.of(base, [effect("gravity_tilt", base)]), Dataset([log]))
+    spread, near = Spread.of(problem, problem.library.null), problem.library.null + torch.tensor([0.005, 0.0])
+    noise = torch.full((len(problem.segments.compared),), 1e-3, dtype=torch.float64)
+    problems = Problems.of(problem, spread.whitening(noise.square(), torch.full((2,), 1e-6, dtype=torch.float64)))
+    (fit,) = problems.quadratics([Hypothesis((0, 1), near)])
+    pulled = replace(fit, gradient=fit.gradient - fit.curvature @ torch.tensor([10.0, 0.0], dtype=torch.float64))
+    best, sure = problems.best_step(pulled), problems.sure_step(pulled, fit)
+    assert best[0] == pytest.approx(10.0, abs=1.0)  # 0.3 rad
+    far, here = problems.totals([problems.moved(fit, best), problems.moved(fit, sure)]).tolist()
+    foretold = [float(fit.after(step.expand(len(fit.loss), -1)).sum()) for step in (best, sure)]
+    assert far > 2 * foretold[0]
+    assert here <= 1.1 * foretold[1]
+    torch.testing.assert_close(problems.sure_step(fit, fit), problems.best_step(fit))  # it holds where it is asked for

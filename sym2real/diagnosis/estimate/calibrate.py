@@ -122,9 +122,8 @@ class Calibration:
 
     def _is_smooth(self, slot: int) -> bool:
         """Whether errors have a slope at the parameter's null: an effect that begins at a threshold may jump there."""
-        library = self.problem.library
-        key = library.slots[slot].effect
-        return not key or library.effects[key].searching.from_null
+        key = self.problem.library.slots[slot].effect
+        return not key or self.problem.library.effects[key].searching.from_null
 
 
 def by_log(gradient: Tensor, own: Sequence[str], logs: Sequence[str]) -> Tensor:
@@ -197,6 +196,6 @@ def cleaned(problems: Problems, fit: Fit, own: Calibration | None) -> Fit:
         return fit
     shift = own.scores(fit.whole, problems.problem.log_names)
     moved = replace(fit, gradient=fit.gradient - problems.whitening.trust[:, None] * shift)
-    step = problems.best_step(moved)
+    step = problems.sure_step(moved, fit)
     gradient = moved.gradient + torch.einsum("sab,b->sa", fit.curvature, step)
     return replace(moved, values=problems.moved(moved, step), gradient=gradient)

@@ -23,6 +23,7 @@ from sym2real.diagnosis.estimate.quadratic import Fit, Free, Hypothesis, solve
 from sym2real.diagnosis.estimate.whitening import Whitening
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
+from sym2real.diagnosis.settings import SETTINGS
 
 LINE_SEARCH = (1.0, 0.4, 0.1)
 # Gauss–Newton steps of a hypothesis that competes.
@@ -193,6 +194,21 @@ class Problems:
     def best_step(self, fit: Fit) -> Tensor:
         """Step to the quadratic model's minimum within bounds ``# (A,)``."""
         return self._within(fit, solve(fit.curvature.sum(0), -fit.gradient.sum(0)))
+
+    def sure_step(self, fit: Fit, whole: Fit) -> Tensor:
+        """As much of the best step, if any, as the quadratic model of all segments holds for ``# (A,)``.
+
+        How its base rolls is nothing to an arm that swings upright but a little less weight: at none the slope is none,
+        and a step along it may go anywhere.
+
+        Args:
+            fit: of some segments, or with other scores.
+            whole: about the same values, of all segments.
+        """
+        steps = [part * self.best_step(fit) for part in (*LINE_SEARCH, 0.0)]
+        foretold = torch.stack([whole.after(step.expand(len(whole.loss), -1)).sum() for step in steps])
+        holds = self.totals([self.moved(whole, step) for step in steps]) <= (1 + SETTINGS.worth_saying) * foretold
+        return steps[int(holds.int().argmax())]
 
 
 def nuisance_of(library: Library, origin: Tensor) -> Nuisance:

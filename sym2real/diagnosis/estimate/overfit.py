@@ -107,5 +107,4 @@ def lower_factor(curvature: Array) -> Array:
 
     Logs almost without noise weigh so much that rounding exceeds the prior.
     """
-    lower = np.linalg.cholesky(curvature + ROUNDING * np.diag(curvature.diagonal()))
-    return np.asarray(lower, dtype=np.float64)
+    return np.asarray(np.linalg.cholesky(curvature + ROUNDING * np.diag(curvature.diagonal())), dtype=np.float64)

@@ -95,19 +95,15 @@ def _flight(plant: MujocoPlant, log: Trajectory) -> Trajectory:
         low = rows.floor().long().clamp(max=len(path) - 2)
         return log.layouts.state.normalise(torch.lerp(path[low], path[low + 1], (rows - low)[..., None]))
 
-    dither = log.action - uniform_filter1d(log.action, QUICK, axis=0, mode="nearest")
     rows = max(MOST_ROWS, round(MOST_SECONDS / log.dt))
-    flown = _sound(plant, fly(plant, reference, dither[:rows], start=log.state[0], name=log.name))
+    dither = (log.action - uniform_filter1d(log.action, QUICK, axis=0, mode="nearest"))[:rows]
+    flown = fly(plant, reference, dither, start=log.state[0], name=log.name)
+    if plant.crashed:  # no base describes the second that leads to it, of a robot on wheels that tips over
+        flown = flown.rows(0, max(1, len(flown) - round(1.0 / plant.dt)))
     if (astray := _astray(flown, log)) > 1.0:
-        sent = log.action[:rows]
-        again = _sound(plant, run_episode(plant, Replayed(sent), start=log.state[0], steps=len(sent), name=log.name))
-        return again if len(again) >= len(flown) and _astray(again, log) < astray else flown
+        again = run_episode(plant, Replayed(log.action[:rows]), start=log.state[0], name=log.name, steps=len(dither))
+        return again if not plant.crashed and _astray(again, log) < astray else flown
     return flown
-
-
-def _sound(plant: MujocoPlant, flown: Trajectory) -> Trajectory:
-    """Without the second that leads to a crash, of a robot on wheels that tips over: no base describes that."""
-    return flown.rows(0, max(1, len(flown) - round(1.0 / plant.dt))) if plant.crashed else flown
 
 
 def _astray(flown: Trajectory, log: Trajectory) -> float:

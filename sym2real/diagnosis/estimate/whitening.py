@@ -79,8 +79,7 @@ class Whitening:
 
         Trust keeps odd segments from deciding a fit; it must not keep them from being seen.
         """
-        alike = replace(self, trust=torch.ones_like(self.trust))
-        return float(alike.loss(residuals[None]).sum()) / self.freedom
+        return float(replace(self, trust=torch.ones_like(self.trust)).loss(residuals[None]).sum()) / self.freedom
 
     def deviance(self, residuals: Tensor) -> float:
         """Minus twice the logarithm of the likelihood of residuals ``# (S, R)``, but for what is the same for all."""

@@ -82,9 +82,7 @@ class Predicted:
 
     def small(self) -> tuple[Candidate, ...]:
         """Effects without which no error that is judged is larger by a tenth."""
-        if not (self.horizons and self.selection.chosen):
-            return ()
-        return _small(self.selection.chosen, *self.without_each())
+        return _small(self.selection.chosen, *self.without_each()) if self.horizons and self.selection.chosen else ()
 
     def bears_out(self, larger: EffectSet) -> bool:
         """Whether whole logs establish one effect more, and no error is larger with it.
@@ -201,7 +199,7 @@ def left_out_sets(selection: Selection, chosen: Sequence[Candidate], fit: Fit) -
         rows = len(problem.data[int(segments.log[0])])
         parts = [torch.as_tensor(segments.row + segments.length <= LAST_THIRD * rows)]
     still = torch.zeros(len(fit.whole), dtype=torch.float64)
-    steps = [problems.best_step(fit.of_segments(part)) if part.any() else still for part in parts]
+    steps = [problems.sure_step(fit.of_segments(part), fit) if part.any() else still for part in parts]
     return torch.stack([parameter_set(selection, chosen, problems.moved(fit, step)) for step in steps])
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sym2real.control.geometric_quadrotor import SAMPLED, GeometricQuadrotor
+from sym2real.control.geometric_quadrotor import GeometricQuadrotor
 from sym2real.control.linear_quadratic import LinearQuadratic
 from sym2real.control.pure_pursuit import PurePursuit
 from sym2real.control.rolling_wheels import WheelPursuit, rolls
@@ -31,7 +31,7 @@ def geometric_controller(robot: Robot, reference: Reference) -> Controller:
         return GeometricQuadrotor(robot.mass, robot.low, robot.high, robot.dt, reference)
     if STEER_COLUMN in action and SPEED_COLUMN in action:
         wheelbase = robot.numbers["wheelbase"]
-        return PurePursuit(wheelbase, robot.low, robot.high, robot.dt, reference, sampled=SAMPLED)
+        return PurePursuit(wheelbase, robot.low, robot.high, robot.dt, reference)
     return WheelPursuit(robot, reference) if rolls(robot) else LinearQuadratic(robot, reference)
 
 

@@ -19,7 +19,7 @@ The moment loop of Lee et al. is left to the rate loop on board.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 import torch
@@ -37,8 +37,6 @@ UP = np.array([0.0, 0.0, 1.0])
 HALF_STEP = 0.02
 MOST_FEEDBACK = 8.0  # m/s²: far from the reference the vehicle leans by about 40°, no further
 LEAST_PULL = 2.0  # m/s²: the thrust direction never points at the ground
-# Steps whose reference is asked for at once: a call of torch costs more than the points that it answers.
-SAMPLED = 50
 
 
 @dataclass(frozen=True)
@@ -77,13 +75,12 @@ class GeometricQuadrotor(Memoryless):
     reference: Callable[[Tensor], Tensor]
     yaw_rate: float = 0.0
     gains: Gains = Gains()
-    _goals: dict[int, ReferencePoint] = field(init=False, repr=False, compare=False, default_factory=dict)
 
     def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
         """Thrust in N and body rates in rad/s ``# (4,)`` for a state ``# (13,)`` at time ``step · dt``."""
         measured = np.asarray(state, dtype=np.float64)
         attitude = body_axes(measured[3:7])
-        goal = self._goal(step)
+        goal = reference_at(self.reference, step * self.dt)
         feedback = self.gains.position * (goal.position - measured[0:3])
         feedback += self.gains.velocity * (goal.velocity - measured[7:10])
         feedback *= min(1.0, MOST_FEEDBACK / max(float(np.linalg.norm(feedback)), 1e-9))
@@ -98,13 +95,6 @@ class GeometricQuadrotor(Memoryless):
         action: Array = np.clip([self.mass * pull @ attitude[:, 2], *rates], self.low, self.high)
         return action
 
-    def _goal(self, step: int) -> ReferencePoint:
-        if step not in self._goals:
-            self._goals.clear()
-            points = sample_reference(self.reference, self.dt * np.arange(step, step + SAMPLED, dtype=np.float64))
-            self._goals.update(zip(range(step, step + SAMPLED), points, strict=True))
-        return self._goals[step]
-
 
 @dataclass(frozen=True)
 class ReferencePoint:
@@ -118,18 +108,14 @@ class ReferencePoint:
     yaw_rate: float
 
 
-def sample_reference(reference: Callable[[Tensor], Tensor], times: Array) -> list[ReferencePoint]:
-    """A reference at times in s ``# (n,)``; acceleration and jerk by central differences of its velocity."""
-    around = times[:, None] + HALF_STEP * np.array([-1.0, 0.0, 1.0])
-    states = reference(torch.from_numpy(around)).to(torch.float64)  # (n, 3, 13)
-    before, here, after = (states[:, i].numpy() for i in range(3))
-    headings = yaw(states[:, 1, 3:7]).numpy()
-    acceleration = (after - before)[:, 7:10] / (2 * HALF_STEP)
-    jerk = (after - 2 * here + before)[:, 7:10] / HALF_STEP**2
-    return [
-        ReferencePoint(here[i, 0:3], here[i, 7:10], acceleration[i], jerk[i], float(headings[i]), float(here[i, 12]))
-        for i in range(len(times))
-    ]
+def reference_at(reference: Callable[[Tensor], Tensor], time: float) -> ReferencePoint:
+    """A reference at a time in s; acceleration and jerk by central differences of its velocity."""
+    around = torch.tensor([time - HALF_STEP, time, time + HALF_STEP], dtype=torch.float64)
+    states = reference(around).to(torch.float64)  # (3, 13)
+    before, here, after = states.numpy()
+    acceleration = (after - before)[7:10] / (2 * HALF_STEP)
+    jerk = (after - 2 * here + before)[7:10] / HALF_STEP**2
+    return ReferencePoint(here[0:3], here[7:10], acceleration, jerk, float(yaw(states[1, 3:7])), float(here[12]))
 
 
 def body_axes(attitude: Array) -> Array:

@@ -11,7 +11,7 @@ Source: R. C. Coulter, "Implementation of the Pure Pursuit Path Tracking Algorit
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 import torch
@@ -37,8 +37,6 @@ class PurePursuit(Memoryless):
         lookahead: how far ahead in time the pursued point lies, s.
         gain: speed per distance missing, 1/s.
         tolerance: distance to a place to park at that counts as arrived, m.
-        sampled: steps whose reference is asked for at once, more than one where it depends on the time alone: a call
-            of torch costs more than the points that it answers.
     """
 
     wheelbase: float
@@ -49,13 +47,12 @@ class PurePursuit(Memoryless):
     lookahead: float = 0.5
     gain: float = 1.5
     tolerance: float = 0.03
-    sampled: int = 1
-    _goals: dict[int, Array] = field(init=False, repr=False, compare=False, default_factory=dict)
 
     def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
         """Steering in rad and speed in m/s ``# (2,)`` for a state ``# (7,)`` at time ``step · dt``."""
         measured = np.asarray(state, dtype=np.float64)
-        here, ahead = self._goal(step)
+        times = step * self.dt + torch.tensor([0.0, self.lookahead], dtype=torch.float64)
+        here, ahead = self.reference(times).to(torch.float64).numpy()
         missing = to_body(here[0:2] - measured[0:2], measured)
         target = to_body(ahead[0:2] - measured[0:2], measured)
         pace = to_body(here[4:6], measured)
@@ -67,17 +64,6 @@ class PurePursuit(Memoryless):
         curvature = 2 * target[1] / max(distance, self.tolerance) ** 2
         action: Array = np.clip([np.arctan(self.wheelbase * curvature), speed], self.low, self.high)
         return action
-
-    def _goal(self, step: int) -> Array:
-        """The reference of a step, and the one to pursue ``# (2, 7)``."""
-        goal = self._goals.pop(step, None)
-        if goal is None:
-            times = self.dt * torch.arange(step, step + self.sampled, dtype=torch.float64)
-            goals = self.reference(torch.stack([times, times + self.lookahead], -1)).to(torch.float64).numpy()
-            self._goals.clear()
-            self._goals.update(enumerate(goals[1:], step + 1))
-            goal = goals[0]
-        return goal
 
 
 def to_body(vector: Array, state: Array) -> Array:

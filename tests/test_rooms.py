@@ -33,6 +33,7 @@ FLOORS: dict[str, int] = {
             "threads",
             "generator",
             "toml_tables",
+            "json_objects",
         ),
         0,
     ),
@@ -46,7 +47,7 @@ FLOORS: dict[str, int] = {
 DIAGNOSIS_FLOORS = {
     name: floor
     for floor, name in enumerate(
-        ("settings", "json_objects", "stages", "data", "faults", "predict", "estimate", "errors", "search", "score",
+        ("settings", "stages", "data", "faults", "predict", "estimate", "errors", "search", "score",
          "unexplained", "design", "conclusion", "answer", "pipeline", "adding")
     )
 }  # fmt: skip

@@ -2,9 +2,8 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
 
 from sym2real.adaptation.improvement import Improvement
 
@@ -80,20 +79,6 @@ class RoundReport:
         A model that flew surely better may predict what it likes: flying is what it is for.
         """
         return self.tracking.surely_worse or (self.gain.surely_worse and not self.tracking.surely_better)
-
-    def to_dict(self) -> dict[str, Any]:
-        """As JSON holds it; numbers that JSON lacks become null."""
-        return {
-            name: plain(value if not isinstance(value, Improvement | Learned) else asdict(value))
-            for name, value in self.__dict__.items()
-        }
-
-
-def plain(value: Any) -> Any:
-    """A value, or an object's, with null for the numbers that JSON lacks."""
-    if isinstance(value, dict):
-        return {name: plain(part) for name, part in value.items()}
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def best_of(reports: Sequence[RoundReport]) -> int:

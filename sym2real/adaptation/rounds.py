@@ -6,15 +6,16 @@ are scored: an interrupted run continues behind the last of them.
 
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from sym2real.adaptation.record import Record
-from sym2real.adaptation.round_report import Learned, RoundReport, best_of, plain, settled
+from sym2real.adaptation.round_report import Learned, RoundReport, best_of, settled
 from sym2real.dataset import Dataset
 from sym2real.errors import DataError, ModelError
 from sym2real.files import make_folder, read_as, whole, write_text
+from sym2real.json_objects import plain
 from sym2real.layout import Layouts
 from sym2real.neural.model_folder import Model, open_model, save_model
 from sym2real.symbolic.storage import ENSEMBLE, EQUATIONS
@@ -64,7 +65,7 @@ class Rounds:
             make_folder(place.parent)
             with whole(place) as beside:
                 save_model(model, beside)
-                write_text(beside / LEARNED, json.dumps(plain(asdict(learned)), indent=1))
+                write_text(beside / LEARNED, json.dumps(plain(learned), indent=1))
         return open_model(place), read_as(place / LEARNED, Learned, "how a model was learned")
 
     def log(self, number: int, fly: Callable[[], Dataset]) -> Dataset:
@@ -78,7 +79,7 @@ class Rounds:
             return score()
         path = round_folder(self.folder, number) / REPORT
         if not path.exists():
-            write_text(path, json.dumps(score().to_dict(), indent=1))
+            write_text(path, json.dumps(plain(score()), indent=1))
         return report_of(path)
 
     def put_on_top(self, model: Model, reports: Sequence[RoundReport]) -> None:
@@ -114,9 +115,9 @@ def write_answer(folder: Path, reports: Sequence[RoundReport], on_top: int) -> N
         "best": best_of(reports),
         "on_top": on_top,
         "settled": settled(reports),
-        "rounds": [report.to_dict() for report in reports],
+        "rounds": reports,
     }
-    write_text(folder / ANSWER, json.dumps(answer, indent=1) + "\n")
+    write_text(folder / ANSWER, json.dumps(plain(answer), indent=1) + "\n")
 
 
 def rounds_in(folder: Path) -> tuple[RoundReport, ...]:

@@ -163,7 +163,7 @@ class AdaptVerb(ABC):
         ]
         for line in lines:
             console.print(line, markup=False)
-        return {"dry_run": lines, "rounds": [report.to_dict() for report in done], "most": most}
+        return {"dry_run": lines, "rounds": done, "most": most}
 
     def _tell(self, reports: Sequence[RoundReport], on_top: int, console: Console) -> dict[str, Any]:
         """The table and the figure; what ``adaptation.json`` holds and where things are."""

@@ -1,6 +1,6 @@
 """``sym2real effects``: the catalogue of physical effects, and the page of one."""
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 from rich.console import Console
@@ -52,6 +52,6 @@ class Effects:
         return {
             "name": chosen.key,
             **{name: getattr(chosen.of, name) for name in said},
-            "parameters": [asdict(parameter) for parameter in chosen.parameters],
+            "parameters": chosen.parameters,
             "group": list(chosen.group),
         }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -102,4 +102,4 @@ def _list(console: Console) -> dict[str, Any]:
     titles = {key: contestant.title for key, contestant in CONTESTANTS.items()}
     for kind, rows in (("experiment", about), ("contestant", titles)):
         console.print(compact_table("", (kind, ""), rows.items(), left=(kind, "")))
-    return {"experiments": about, "contestants": {key: asdict(contestant) for key, contestant in CONTESTANTS.items()}}
+    return {"experiments": about, "contestants": CONTESTANTS}

@@ -1,6 +1,6 @@
 """``sym2real inspect``: what a log seems to hold, and a proposed specification."""
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -62,6 +62,5 @@ class Inspect:
             console.print(f"first equations for it: {line.command}", markup=False, soft_wrap=True)
         for remark in line.remarks:
             console.print(f"note: {remark}", markup=False)
-        columns = [asdict(row) for row in inspection.rows]
-        flips = list(inspection.suspected_flips)
-        return {"columns": columns, "suspected_flips": flips, "spec": text, "nominal": asdict(line)}
+        flips = inspection.suspected_flips
+        return {"columns": inspection.rows, "suspected_flips": flips, "spec": text, "nominal": line}

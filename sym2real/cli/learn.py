@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -84,8 +84,8 @@ class Learn(OfLogs):
         return {
             "model": self.out,
             "nodes": learned.equations.complexity(),
-            "episodes": [asdict(report) for report in learned.reports],
-            "dependence": [asdict(row) for row in learned.dependence],
+            "episodes": learned.reports,
+            "dependence": learned.dependence,
         }
 
     def _from_logs(self) -> Learned:

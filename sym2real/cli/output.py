@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,6 +11,7 @@ from rich.console import Console
 
 from sym2real.cli.terminal import Report, encoding_of, put
 from sym2real.files import write_text
+from sym2real.json_objects import plain
 
 if TYPE_CHECKING:
     from sym2real.report.html.page import Page
@@ -51,21 +51,10 @@ def write_report(page: Page, file: Path, console: Console) -> Path:
 
 def _text(result: dict[str, Any], encoding: str) -> str:
     """JSON; numbers that it lacks (NaN, infinity) become null, letters that an encoding lacks are escaped."""
-    text = json.dumps(_plain(result), indent=1, ensure_ascii=False)
+    written = plain(result)
+    text = json.dumps(written, indent=1, ensure_ascii=False)
     try:
         text.encode(encoding)
     except UnicodeEncodeError:
-        return json.dumps(_plain(result), indent=1)
+        return json.dumps(written, indent=1)
     return text
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {str(key): _plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    if isinstance(value, Path):
-        return str(value)
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value

@@ -1,6 +1,6 @@
 """``sym2real show``: a model's equations, for people."""
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 from rich.console import Console
@@ -58,7 +58,7 @@ class Show:
             "equations": base.text().splitlines(),
             "latex": latex,
             "nodes": base.complexity(),
-            "dependence": [asdict(row) for row in dependence],
+            "dependence": dependence,
             "notes": list(base.notes),
             "learned": learned,
         }

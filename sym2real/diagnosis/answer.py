@@ -12,7 +12,6 @@ from sym2real.diagnosis.errors.floor import Floor
 from sym2real.diagnosis.errors.regions import Where
 from sym2real.diagnosis.errors.rungs import Stage, cut_said
 from sym2real.diagnosis.faults.fault import Fault, with_sensors_of
-from sym2real.diagnosis.json_objects import fields_of
 from sym2real.diagnosis.predict.competitors import NotTried
 from sym2real.diagnosis.score.finding import Finding, applied, findings_of
 from sym2real.diagnosis.score.held_out import Gate
@@ -20,6 +19,7 @@ from sym2real.diagnosis.search.beam import SearchResult
 from sym2real.diagnosis.unexplained.explaining import Explained
 from sym2real.diagnosis.unexplained.leftover import Leftover
 from sym2real.diagnosis.unexplained.term import Term
+from sym2real.json_objects import fields_of
 from sym2real.symbolic import Equations
 from sym2real.upward import upward
 

@@ -20,10 +20,10 @@ from sym2real.diagnosis.errors.floor import MOST_WINDOWS, Floor, SensorNoise, fl
 from sym2real.diagnosis.errors.rungs import windows_of
 from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.quadratic import Free
-from sym2real.diagnosis.json_objects import fields_of
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.search.needed import judged_horizons
 from sym2real.diagnosis.settings import SETTINGS
+from sym2real.json_objects import fields_of
 from sym2real.upward import upward
 
 # Mean square of what an effect changes, over the floor's, of which a tenth of the error goes with the effect.

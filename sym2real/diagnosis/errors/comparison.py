@@ -20,8 +20,8 @@ from sym2real.diagnosis.errors.residuals import Residuals
 from sym2real.diagnosis.errors.skill import HorizonErrors, prediction_errors
 from sym2real.diagnosis.faults.mistakes.lost_commands import with_lost_commands
 from sym2real.diagnosis.faults.report import DataReport, data_report
-from sym2real.diagnosis.json_objects import fields_of
 from sym2real.effects.along_logs import prepared
+from sym2real.json_objects import fields_of
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations, equations_of
 from sym2real.threads import one_thread

@@ -12,7 +12,6 @@ from sym2real.diagnosis.errors.floor import Floor, floor_of_explained, no_higher
 from sym2real.diagnosis.errors.rungs import Stage
 from sym2real.diagnosis.estimate.calibrate import Calibration, cleaned
 from sym2real.diagnosis.estimate.swing import Swing
-from sym2real.diagnosis.json_objects import fields_of
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.score.held_out import Gate, Steps
 from sym2real.diagnosis.score.importance import by_importance
@@ -23,6 +22,7 @@ from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects import Effect, compose, effect
 from sym2real.effects.voltage import REFERENCE, VOLTAGE, with_voltage
+from sym2real.json_objects import fields_of
 from sym2real.symbolic import Equations
 
 

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 from sym2real.diagnosis.errors.floor import Floor
 from sym2real.diagnosis.errors.rungs import Stage
 from sym2real.diagnosis.faults.fault import Fault
-from sym2real.diagnosis.json_objects import fields_of
 from sym2real.diagnosis.score.finding import Finding, applied
 from sym2real.diagnosis.settings import SETTINGS
+from sym2real.json_objects import fields_of
 from sym2real.symbolic import Equations
 from sym2real.upward import upward
 

@@ -129,7 +129,10 @@ def test_inspect_names_a_rate_whose_sign_is_reversed(tmp_path: Path) -> None:
         ),
         (["compare", "{model}", "missing.csv"], "missing.csv"),
         (["compare", "{model}", "{flight}"], "column"),
-        (["run", "{model}", "circle"], "names no registered robot"),
+        (
+            ["run", "{model}", "circle"],
+            "expected the model of a robot that has a description, found one of numbers or logs alone",
+        ),
         (["run", "{model}", "circle"], "`sym2real learn crazyflie --out FOLDER` makes a model that `run` flies"),
         (["effects", "offset:steer", "--robot", "crazyflie"], "crazyflie has no effect offset:steer"),
         (["effects", "offset:stear"], "unknown effect 'offset:stear'"),

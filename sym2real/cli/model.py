@@ -21,7 +21,7 @@ from sym2real.logs.several_files import LogFiles
 from sym2real.neural import Model
 from sym2real.neural.composed import Base, state_of
 from sym2real.neural.model_folder import below
-from sym2real.robots import ROBOTS, Robot
+from sym2real.robots import ROBOTS
 from sym2real.robots.own import robot_of
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Trajectory
@@ -81,24 +81,6 @@ def require_another_folder(model: str, out: Path) -> None:
     own = folder_of(model)
     if out.resolve() == own.resolve():
         raise ModelError(f"--out: the new model would replace {own}, which it is made from; name another folder")
-
-
-def flown_robot(base: Base, model: str) -> Robot:
-    """The robot that a model describes.
-
-    Raises:
-        ModelError: when the model does not say, or says a robot that is not registered.
-    """
-    robot, known = robot_of(base), ", ".join(ROBOTS)
-    if robot is None and base.robot:
-        raise ModelError(f"{model}: expected the model of a registered robot ({known}), found {base.robot!r}")
-    if robot is None:
-        raise ModelError(
-            f"{model} names no registered robot ({known}) and holds none, as models of numbers alone, so there is "
-            f"no simulator and no task; `sym2real learn {next(iter(ROBOTS))} --out FOLDER` makes a model that `run` "
-            "flies, `sym2real nominal mjcf` one of your own robot"
-        )
-    return robot
 
 
 def logs_for(

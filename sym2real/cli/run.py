@@ -49,10 +49,11 @@ class Run:
 
     def run(self, console: Console) -> dict[str, Any]:
         """Fly, print the figures, write the log."""
-        from sym2real.cli.model import flown_robot, open_with_progress
+        from sym2real.cli.model import open_with_progress
         from sym2real.cli.progress import steps_progress
         from sym2real.control import mppi_controller
         from sym2real.experiments.flying import fly
+        from sym2real.experiments.models import described_robot
         from sym2real.logs import write_log
         from sym2real.neural.model_folder import below
         from sym2real.report.figures import path_figure
@@ -61,7 +62,7 @@ class Run:
         from sym2real.tasks import make_task
 
         model = open_with_progress(self.model)
-        robot = flown_robot(below(model), self.model)
+        robot = described_robot(below(model), self.model)
         plant = self._plant(model, robot)
         task = make_task(self.task, robot)
         period = robot.dt if self.realtime else None

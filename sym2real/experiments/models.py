@@ -63,13 +63,21 @@ def robot_called(name: str) -> Robot:
         ModelError: for the folder of a model that does not say whose it is.
         DataError: for a folder without a model.
     """
-    if not Path(name).is_dir():
-        return ROBOTS[name]
-    robot = robot_of(below(open_folder(Path(name))))
+    return described_robot(below(open_folder(Path(name))), name) if Path(name).is_dir() else ROBOTS[name]
+
+
+def described_robot(base: Base, name: str) -> Robot:
+    """The robot that a model is of; ``name`` is what the user calls the model.
+
+    Raises:
+        ModelError: for a model that does not say whose it is, or names a robot that nobody knows.
+    """
+    robot = robot_of(base)
     if robot is None:
+        found = f"one of {base.robot!r}" if base.robot else "one of numbers or logs alone, which no simulator flies"
         raise ModelError(
-            f"{name}: expected the model of a robot that has a description, found one of numbers or logs alone: "
-            "`sym2real nominal mjcf` makes one with a description"
+            f"{name}: expected the model of a robot that has a description, found {found}; `sym2real learn "
+            f"{next(iter(ROBOTS))} --out FOLDER` makes a model that `run` flies, `sym2real nominal mjcf` your own"
         )
     return robot
 

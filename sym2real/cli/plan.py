@@ -13,7 +13,6 @@ from sym2real.cli.numbers import NotNegative, Seconds, steps_in
 from sym2real.cli.of_logs import OfLogs
 from sym2real.cli.places import LOG_ENDINGS, Place, there
 from sym2real.cli.positionals import JsonFile
-from sym2real.errors import ModelError
 
 if TYPE_CHECKING:
     from sym2real.dataset import Dataset
@@ -62,7 +61,6 @@ class PlanFlight(OfLogs):
         from sym2real.cli.progress import stages_progress
         from sym2real.diagnosis import plan
         from sym2real.effects.catalogue import require_patterns
-        from sym2real.effects.visible import visible_state
         from sym2real.experiments.models import robot_called
         from sym2real.report.plan import plan_report
         from sym2real.robots import ROBOTS
@@ -73,10 +71,6 @@ class PlanFlight(OfLogs):
         robot = None if of_logs else robot_called(self.model)
         named = self.model in ROBOTS and not Path(self.model).is_dir()
         equations, notes = (ROBOTS[self.model].nominal(), ()) if named else equations_below(self.model, console)
-        columns = (visible_state(equations), equations.layouts.action)
-        if robot is not None and columns != (robot.layouts.state, robot.layouts.action):
-            other = f"one of a {equations.robot}" if equations.robot not in ("", robot.name) else "other columns"
-            raise ModelError(f"{self.model}: expected a model with the columns of a {robot.name}, found {other}")
         with stages_progress() as on_progress:
             if robot is None:
                 runs, noise = logs_for(equations, [Path(name) for name in self.what], self.naming), None

@@ -72,7 +72,4 @@ def unnamed(keys: Collection[str], logs: Iterable[Trajectory]) -> dict[str, tupl
 
 def same_group(key: str, other: str) -> bool:
     """Whether two keys may stand for each other."""
-    return key == other or any(
-        any(fnmatch(key, own) for own in group.members) and any(fnmatch(other, own) for own in group.members)
-        for group in GROUPS
-    )
+    return key == other or any(fnmatch(other, member) for member in others_of(key, GROUPS))

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 import torch
 from cli_results import result_of
-from sympy import besselj
+from sympy import besselj, latex
 
 from sym2real.effects import compose, effect
 from sym2real.effects.clock import with_time
@@ -82,7 +82,9 @@ def test_exported_program_takes_any_batch(tmp_path: Path) -> None:
 def test_other_formats(tmp_path: Path) -> None:
     script = torch.jit.load(str(export(EQUATIONS, "torchscript", tmp_path / "model.pt")))
     torch.testing.assert_close(script(STATE, ACTIONS[:, 0]), compile_model(EQUATIONS)(STATE, ACTIONS[:, 0]))
-    assert r"\cos" in export(EQUATIONS, "latex", tmp_path / "model.tex").read_text()
+    document = export(EQUATIONS, "latex", tmp_path / "model.tex").read_text()
+    assert r"\cos" in document
+    assert all(f"{latex(symbol(column))}' &=" in document for column in EQUATIONS.next)
     with pytest.raises(UnknownNameError, match="did you mean 'torchscript'"):
         export(EQUATIONS, "torchscrip", tmp_path / "model.pt")
 

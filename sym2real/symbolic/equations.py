@@ -173,7 +173,7 @@ class Equations(Predicting):
         return printing.one_line(self)
 
     def _repr_latex_(self) -> str:
-        return printing.aligned(self)
+        return r"$\displaystyle \begin{aligned}" + r" \\ ".join(printing.latex_lines(self)) + r"\end{aligned}$"
 
     def text(self) -> str:
         """All equations, one a line, in the syntax that :meth:`parse` reads."""

@@ -15,6 +15,7 @@ from sym2real.registry import Registry
 from sym2real.symbolic.compile import build_module, compile_model
 from sym2real.symbolic.equations import Equations
 from sym2real.symbolic.interface import interface
+from sym2real.symbolic.printing import latex_lines
 from sym2real.symbolic.source import model_source
 from sym2real.symbolic.storage import is_part_of_model, script_file
 
@@ -35,13 +36,7 @@ def exported_program(equations: Equations) -> ExportedProgram:
 
 def latex_document(equations: Equations) -> str:
     """LaTeX ``align`` lines: quantities, next state columns with a prime, and what is measured where that differs."""
-    primes = dict.fromkeys(equations.next, "'")
-    lines = [rf"{_name(name)}{primes.get(name, '')} &= {right}" for name, right in equations.latex().items()]
-    return "\\begin{align}\n" + " \\\\\n".join(lines) + "\n\\end{align}\n"
-
-
-def _name(column: str) -> str:
-    return r"\mathrm{" + column.replace("_", r"\_") + "}"
+    return "\\begin{align}\n" + " \\\\\n".join(latex_lines(equations)) + "\n\\end{align}\n"
 
 
 def program_file(program: ExportedProgram) -> bytes:

@@ -38,10 +38,11 @@ def as_latex(equations: Equations) -> dict[str, str]:
     return {name: sympy.latex(value) for name, value in parts.items()}
 
 
-def aligned(equations: Equations) -> str:
-    """All of :func:`as_latex` as one display, for notebooks; the next value of a column has a plus."""
-    lines = []
+def latex_lines(equations: Equations) -> list[str]:
+    """All of :func:`as_latex` behind their names, to be aligned at "="; the next value of a column has a prime."""
+    primes, lines = dict.fromkeys(equations.next, "'"), []
     for name, formula in as_latex(equations).items():
-        shown = sympy.latex(symbol(name)) if name in equations.names else rf"\text{{{name}}}"
-        lines.append(f"{shown}{'^{+}' if name in equations.next else ''} &= {formula}")
-    return r"$\displaystyle \begin{aligned}" + r" \\ ".join(lines) + r"\end{aligned}$"
+        words, _, column = name.rpartition(" ")
+        told = rf"\text{{{words} }}" if words else ""
+        lines.append(f"{told}{sympy.latex(symbol(column))}{primes.get(name, '')} &= {formula}")
+    return lines

@@ -91,8 +91,6 @@ def _exponentials(loop: RateLoop, time: Expr) -> tuple[Expr, Expr]:
 def _inject(body: Body, values: Numbers) -> Change:
     """MuJoCo's actuator filters: on thrust, on the loop's command, and on its feedback as an actuator of its own."""
     time = values["value"]
-    if time == 0:
-        return Change("")
 
     def edit(spec: Any) -> None:
         """Filters on every actuator; the feedback leaves its actuator's bias and becomes one that is filtered too."""

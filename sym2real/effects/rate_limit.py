@@ -32,7 +32,7 @@ def _inject(body: Body, values: Numbers) -> Change:
             passed.append(0.5 * (before + position))
         return position, float(np.mean(passed))
 
-    return following(body, follow) if values["value"] < UNLIMITED else Change("")
+    return following(body, follow)
 
 
 RATE_LIMIT = Kind(

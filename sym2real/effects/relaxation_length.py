@@ -59,7 +59,7 @@ def _inject(body: Body, values: Numbers) -> Change:
         for name in columns:
             truth.set_lag(spec, spec.actuator(name), length / SLOWEST)
 
-    return Change("", edit=edit, force=slowed) if length else Change("")
+    return Change("", edit=edit, force=slowed)
 
 
 RELAXATION_LENGTH = Kind(

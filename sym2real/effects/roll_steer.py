@@ -48,7 +48,7 @@ def roll_steer(body: Body, front: float, rear: float) -> Change:
             half = (wanted - angles.get(wheel, 0.0)) / 2
             model.body(wheel).quat = [np.cos(half), 0.0, 0.0, np.sin(half)]
 
-    return Change("", edit=lambda spec: _add(spec, front, rear), force=turn) if front or rear else Change("")
+    return Change("", edit=lambda spec: _add(spec, front, rear), force=turn)
 
 
 def _add(spec: Any, front: float, rear: float) -> None:

@@ -84,9 +84,6 @@ class Values:
     rows: Array
     windows: Windows
 
-    def __len__(self) -> int:
-        return len(self.windows.starts)
-
     def of(self, terms: Monomials) -> Array:
         """Averages of the products ``# (windows, terms)``."""
         return self.windows.averaged(terms.evaluate(self.rows))

@@ -20,7 +20,7 @@ ARM = """
       <joint name="shoulder" type="hinge" axis="0 1 0" damping="{damping}"/>
       <geom type="capsule" fromto="0 0 0 0 0 -0.4" size="0.03" mass="1.2"/>
       <body pos="0 0 -0.4">
-        <joint name="elbow" type="hinge" axis="0 1 0" damping="0.05"/>
+        <joint name="elbow" type="hinge" axis="0 1 0" damping="0.05" stiffness="{stiffness}"/>
         <geom type="capsule" fromto="0 0 0 0 0 -0.35" size="0.025" mass="0.8"/>
         <geom type="sphere" size="0.001" pos="0 0 -0.35" mass="{load}"/>
         <site name="hand" pos="0 0 -0.35"/>
@@ -33,7 +33,7 @@ ARM = """
   </actuator>
 </mujoco>
 """
-HEALTHY = {"damping": 0.05, "load": 1e-6, "integrator": "RK4"}
+HEALTHY = {"damping": 0.05, "stiffness": 0.0, "load": 1e-6, "integrator": "RK4"}
 STEPS, SUBSTEPS, DT = 400, 10, 0.02
 
 
@@ -83,3 +83,10 @@ def test_a_load_and_damping_are_found_alike_with_a_simulator_and_without(robot: 
     assert values["joint_damping:shoulder"].value == pytest.approx(0.35, rel=0.05)
     assert found.leftover is None
     assert found.misfit[1] < 1.2
+
+
+def test_a_cable_that_pulls_at_a_joint_is_no_damping(robot: Robot) -> None:
+    found = diagnose(robot.nominal(), runs(robot, stiffness=0.6))
+    assert [finding.effect for finding in found.findings] == ["joint_stiffness:elbow"], found.summary
+    assert found.findings[0].parameters["value"].value == pytest.approx(0.6, rel=0.05)
+    assert found.leftover is None

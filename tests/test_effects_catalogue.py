@@ -28,11 +28,11 @@ CAR = {
 BOTH = {"wind", "linear_drag", "quadratic_drag", "periodic_force"}
 MOTORS_ONLY, ATTITUDE_ONLY = {"torque_scale"}, {"attitude_loop"}
 WHEELS_ONLY = {"turning_friction", "wheel_radius", "track_width"}
-JOINTS = {"joint_damping", "joint_friction", "armature", "gravity_tilt", "load"}
+JOINTS = {"joint_damping", "joint_friction", "joint_stiffness", "armature", "gravity_tilt", "load"}
 SENSOR = {"sensor_sign", "sensor_bias", "sensor_scale", "sensor_lag", "time_shift"}
 UNITS = {
     *("1", "N", "rad", "rad/s", "rad/s²", "m/s", "m/s²", "m", "s", "kg", "kg m²", "N m", "N m s", "N s", "N/s"),
-    *("N s/m", "N s²/m²", "1/s", "1/V", "s²/m²", "rad s²/m"),
+    *("N m/rad", "N/m", "N s/m", "N s²/m²", "1/s", "1/V", "s²/m²", "rad s²/m"),
 }
 
 

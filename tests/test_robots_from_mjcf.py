@@ -213,6 +213,7 @@ def test_a_servo_with_a_gear_reaches_the_ends_of_its_joint() -> None:
     ("name", "key", "values"),
     [
         ("arm", "joint_damping:shoulder", {"value": 0.5}),
+        ("arm", "joint_stiffness:shoulder", {"value": 5.0}),
         ("arm", "armature:shoulder", {"value": 0.1}),
         ("arm", "gravity_tilt", {"roll": 0.2, "pitch": -0.1}),
         ("arm", "load:grip", {"value": 0.4}),
@@ -223,7 +224,7 @@ def test_a_servo_with_a_gear_reaches_the_ends_of_its_joint() -> None:
 def test_an_effect_in_the_equations_is_the_effect_in_the_simulator(
     name: str, key: str, values: dict[str, float], arm: Robot, equations: dict[str, Equations]
 ) -> None:
-    """Joint damping, friction loss, armature, gravity and bodies are MuJoCo's own, and none of the formulas.
+    """Joint damping, friction loss, stiffness, armature, gravity and bodies are MuJoCo's own, and none of the formulas.
 
     MuJoCo's dry friction is soft: where a joint decelerates much faster than in proportion to its rate, it pushes on.
     So it is told little.

@@ -12,7 +12,7 @@ TURNING = (
 ROTORS = ("translational_lift", "rotor_reaction")
 TYRES = ("tyre_friction", "tyre_slip", "relaxation_length", "understeer", "lateral_slip")
 DRIVING = ("rolling_resistance", "turning_friction", "wheel_radius", "track_width", "slope", "wheelbase", "yaw_drag")
-JOINTS = ("joint_damping", "joint_friction", "armature", "gravity_tilt", "load")
+JOINTS = ("joint_damping", "joint_friction", "joint_stiffness", "armature", "gravity_tilt", "load")
 FORCES = ("wind", "linear_drag", "quadratic_drag", "periodic_force")
 SENSORS = (
     *("mounting_tilt", "yaw_bias", "lever_arm", "sensor_sign"),

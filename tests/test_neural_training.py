@@ -93,7 +93,7 @@ def test_errors_of_rollouts_are_those_of_the_composed_model(windy: Transitions, 
 def test_rollouts_see_what_they_predict(windy: Transitions, base: Equations) -> None:
     """Networks see the predicted state: their errors are the composed model's, to first order of the base."""
     rows, layouts = leftover(windy, base), CRAZYFLIE.layouts
-    starts, fold = windows_of(rows.runs, 8, 0)
+    starts, fold = windows_of(*blocks_of(rows.runs, 8, 0), 8)
     scales = Scales.of(rows, starts, 8)
     normal = Normal.of(rows.seen, [layouts.state, layouts.action], scales.residual)
     batch = Batch.of(rows, starts, fold, normal, scales)
@@ -122,7 +122,7 @@ def test_windows_of_a_fold_share_no_row_with_those_of_another() -> None:
     assert min(end - first for first, end in blocks) >= 2 * steps
     assert set(folds) == set(range(EVERY))
     of_row = {row: fold for block, fold in zip(blocks, folds, strict=True) for row in range(*block)}
-    starts, fold = windows_of(runs, steps, seed=3)
+    starts, fold = windows_of(blocks, folds, steps)
     for start, mine in zip(starts.tolist(), fold.tolist(), strict=True):
         assert {of_row[row] for row in range(start - 1, start + steps)} == {mine}
     assert blocks_of(((0, 40),), steps, seed=3)[1] == [1, 0]  # two blocks are two folds
@@ -148,7 +148,7 @@ def test_noise_of_a_start_is_nothing_that_a_network_can_take_away(answered: bool
     for parameter in networks.parameters():
         parameter.data.zero_()
     errors, _ = batch.rolled(networks, torch.arange(len(starts)))
-    errors[0].square().mean().backward()
+    errors[1].square().mean().backward()  # of the first row that teaches
     for parameter in networks.parameters():
         assert float(parameter.grad.abs().max()) < 0.1
     slope = (2 * errors[0, :, 0].detach() * seen[starts]).mean(0)  # of who would see the row itself
@@ -170,7 +170,7 @@ def test_a_noisy_log_of_one_task_helps_on_another(base: Equations) -> None:
     model = ResidualTraining().fit(flown(MujocoPlant(CRAZYFLIE, (noise, wind)), CRAZYFLIE, rows=400), base)
     elsewhere = flown(MujocoPlant(CRAZYFLIE, (wind,)), CRAZYFLIE, tasks=("lemniscate",))
     alone = Composed(base, ResidualMLP(CRAZYFLIE.layouts), torch.float64)
-    assert position_error(doubled(model), elsewhere, 40) < position_error(alone, elsewhere, 40)
+    assert position_error(doubled(model), elsewhere, 40) < 0.4 * position_error(alone, elsewhere, 40)
 
 
 @pytest.mark.parametrize("steps", [1, 10])
@@ -243,7 +243,7 @@ def test_a_heavy_penalty_leaves_the_base(windy: Transitions, base: Equations) ->
 
 
 def test_a_base_that_is_right_is_not_made_worse(base: Equations) -> None:
-    """The log is the base's own, seen by noisy sensors: rollouts elsewhere stay as they were, within a tenth."""
+    """The log is the base's own, seen by noisy sensors: rollouts elsewhere stay as they were, within a twentieth."""
     measure = sensors(CRAZYFLIE, np.random.default_rng(0)).measure
     clean = [flown(EquationsPlant(base, CRAZYFLIE), CRAZYFLIE, 300, (task,)) for task in ("circle", "lemniscate")]
     noisy = measure()
@@ -251,7 +251,7 @@ def test_a_base_that_is_right_is_not_made_worse(base: Equations) -> None:
     model = ResidualTraining(descent=QUICK).fit(replace(clean[0], state=states[:-1], next_state=states[1:]), base)
     predicted, true = multi_step(doubled(model), clean[1], 40)
     travelled = float((true[:, :3] - torch.tensor(clean[1].state)[: len(true), :3]).norm(dim=-1).mean())
-    assert float((predicted - true)[:, :3].norm(dim=-1).mean()) < 0.1 * travelled
+    assert float((predicted - true)[:, :3].norm(dim=-1).mean()) < 0.05 * travelled
 
 
 @pytest.fixture(scope="module")

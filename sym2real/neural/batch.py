@@ -2,14 +2,14 @@
 
 ::
 
-    e_0 = 0,   e_k+1 = A_k e_k + d_k + G_k r(s_k ⊕ e_k, a_k)
+    e_0 = 0,   x_0 = d_before,   (e, x)_k+1 = A_k (e, x)_k + d_k + G_k r(s_k ⊕ x_k, a_k)
 
-The network sees the state that the rollout has reached and not the measured one, so that a model which leads itself
-astray is seen to do so, in training as in validation. A window starts from a measured row, whose noise is an error of
-all that follows, and a controller has answered it: who sees the row would learn to take its noise away instead of what
-the base lacks. So the value of the first residual is that of its row, its gradient that of the row before, which knows
-nothing of this noise (errors in variables; instrumental variables: L. Ljung, System Identification, 2nd ed., 7.6). Such
-a step need not descend; further rows make it do so, and a window of one row takes the row before for both.
+e: error of a rollout from a measured row; x: of one that began a row earlier, which the network sees. It sees the state
+that a rollout has reached and not the measured one, so that a model which leads itself astray is seen to do so, in
+training as in validation. The noise of the measured row is an error of all that follows, and who saw this row would
+learn to take its noise away instead of what the base lacks: the rollout that is seen knows nothing of it (errors in
+variables; instrumental variables: L. Ljung, System Identification, 2nd ed., 7.6). A controller has answered this noise
+at the first row: what networks say there has no gradient.
 """
 
 from __future__ import annotations
@@ -73,17 +73,15 @@ class Batch:
             networks: count of them.
             windows: numbers of the windows.
         """
-        row = self.starts[windows]
-        instrument = networks(self.seen[row - 1])
-        own = networks(self.seen[row]) if len(self.scale) > 1 else instrument
-        output = (instrument + (own - instrument).detach()).permute(1, 2, 0)
-        at = self.error[row] + self.moved[row] @ output
-        errors, outputs = [at], [output]
-        for step in range(1, len(self.scale)):
+        reached = self.error[self.starts[windows] - 1].expand(-1, -1, networks.count)
+        wrong, errors, outputs = torch.zeros_like(reached), list[Tensor](), list[Tensor]()
+        for step in range(len(self.scale)):
             row = self.starts[windows] + step
-            output = networks(self.seen[row] + (self.felt[row] @ at).permute(2, 0, 1)).permute(1, 2, 0)
-            at = torch.baddbmm(self.error[row] + self.moved[row] @ output, self.carried[row], at)
-            errors.append(at)
+            output = networks(self.seen[row] + (self.felt[row] @ reached).permute(2, 0, 1)).permute(1, 2, 0)
+            output = output if step else output.detach()
+            added = self.error[row] + self.moved[row] @ output
+            reached, wrong = (torch.baddbmm(added, self.carried[row], at) for at in (reached, wrong))
+            errors.append(wrong)
             outputs.append(output)
         return torch.stack(errors) / self.scale, torch.stack(outputs)
 

@@ -42,12 +42,8 @@ def windows_in(block: Run, steps: int) -> Tensor:
     return torch.arange(block[0] + 1, block[1] - steps + 1)
 
 
-def windows_of(runs: Sequence[Run], steps: int, seed: int) -> tuple[Tensor, Tensor]:
-    """First rows of all windows that lie within blocks ``# (windows,)``, and the fold of each ``# (windows,)``.
-
-    Arguments and errors are those of :func:`blocks_of`.
-    """
-    blocks, folds = blocks_of(runs, steps, seed)
+def windows_of(blocks: Sequence[Run], folds: Sequence[int], steps: int) -> tuple[Tensor, Tensor]:
+    """First rows of all windows of blocks ``# (windows,)``, and the fold of each ``# (windows,)``."""
     windows = [windows_in(block, steps) for block in blocks]
     return torch.cat(windows), torch.cat([torch.full_like(w, fold) for w, fold in zip(windows, folds, strict=True)])
 

@@ -28,30 +28,34 @@ class Judged:
 
     Args:
         networks: so many.
-        batch: all windows.
+        taught: windows that the networks learn from.
+        judging: windows that judge them, in the same folds.
         penalties: λ ``# (λs,)``.
         rows: of a step of the descent.
         seed: of the order of windows.
     """
 
-    def __init__(self, networks: Networks, batch: Batch, penalties: Tensor, rows: int, seed: int) -> None:
-        self._networks, self._batch, self._penalties = networks, batch, penalties.repeat(EVERY + 1)
-        numbers = torch.arange(networks.count)
-        self._held = batch.fold[:, None] == numbers // len(penalties)
-        every = torch.arange(len(batch.starts))
-        base, _ = batch.parts(batch.error.new_zeros(len(batch.scale), len(every), batch.moved.shape[-1]), every)
+    def __init__(
+        self, networks: Networks, taught: Batch, judging: Batch, penalties: Tensor, *, rows: int, seed: int
+    ) -> None:
+        self._networks, self._taught, self._judging = networks, taught, judging
+        self._penalties = penalties.repeat(EVERY + 1)
+        self._held = taught.fold[:, None] == torch.arange(networks.count) // len(penalties)
+        self._every = torch.arange(len(judging.starts))
+        none = judging.error.new_zeros(len(judging.scale), len(self._every), judging.moved.shape[-1])
+        base, _ = judging.parts(none, self._every)
         self._weight = 1.0 / base.square().mean((0, 2, 3)).clamp(min=1.0)
-        self._size = max(1, rows // len(batch.scale))
+        self._size = max(1, rows // len(taught.scale))
         self._generator = generator_of(seed)
         self._order = torch.arange(0)
-        self._judging = torch.arange(0, len(batch.starts), max(1, len(batch.starts) // JUDGING))
+        self._some = self._every[:: max(1, len(self._every) // JUDGING)]
 
     def loss(self, step: int) -> Tensor:
         """Of each network on the next windows that it does not leave out, with its penalty ``# (count,)``."""
         if len(self._order) < self._size:
             self._order = torch.cat([self._order, torch.randperm(len(self._held), generator=self._generator)])
         windows, self._order = self._order[: self._size], self._order[self._size :]
-        errors, outputs = self._batch.rolled(self._networks, windows)
+        errors, outputs = self._taught.rolled(self._networks, windows)
         taught = (~self._held[windows]).float()
         error = (errors.square().mean((0, 2)) * taught).sum(0) / taught.sum(0).clamp(min=1.0)
         size: Tensor = self._penalties * outputs.square().mean((0, 1, 2))
@@ -64,18 +68,17 @@ class Judged:
     @torch.no_grad()
     def validate(self) -> Tensor:
         """Error of the five with each λ on what each left out, for all networks with that λ ``# (count,)``."""
-        errors, _ = self._batch.rolled(self._networks, self._judging)
-        own = self._own(errors.square().mean((0, 2)), self._judging) * self._weight[self._judging, None]
+        errors, _ = self._judging.rolled(self._networks, self._some)
+        own = self._own(errors.square().mean((0, 2)), self._some) * self._weight[self._some, None]
         return own.mean(0).repeat(EVERY + 1)
 
     @torch.no_grad()
     def shares(self, layout: Layout) -> tuple[Tensor, float]:
         """Shares of the columns ``# (n,)``, and the error that they leave over the base's; of networks with one λ."""
-        windows = torch.arange(len(self._held))
-        _, outputs = self._batch.rolled(self._networks, windows)
-        own = self._own(outputs.permute(1, 0, 2, 3), windows)[..., 0]
+        _, outputs = self._judging.rolled(self._networks, self._every)
+        own = self._own(outputs.permute(1, 0, 2, 3), self._every)[..., 0]
         root = self._weight.sqrt()[:, None, None]
-        base, parts = (errors * root for errors in self._batch.parts(own.permute(1, 0, 2), windows))
+        base, parts = (errors * root for errors in self._judging.parts(own.permute(1, 0, 2), self._every))
         found = shares(base, parts, layout)
         left = (base + (parts @ found)[..., None]).square().mean() / base.square().mean()
         return found, float(left)
@@ -83,5 +86,5 @@ class Judged:
     def _own(self, values: Tensor, windows: Tensor) -> Tensor:
         """Of values ``# (windows, ..., count)`` those of who left the window out ``# (windows, ..., λs)``."""
         by_fold = values.unflatten(-1, (EVERY + 1, -1))
-        own: Tensor = by_fold.movedim(-2, 1)[torch.arange(len(windows)), self._batch.fold[windows]]
+        own: Tensor = by_fold.movedim(-2, 1)[torch.arange(len(windows)), self._judging.fold[windows]]
         return own

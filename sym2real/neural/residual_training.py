@@ -5,9 +5,11 @@
     loss = mean over windows, steps and columns of (e / σ)² + λ · mean over rows and columns of (r / ρ)²
 
 e: error of a rollout from a measured row (:mod:`sym2real.neural.batch`), one step or several; σ: root mean square of
-the base's own, so that the base's loss is 1; r: residual; ρ: what a step lacks, by σ. λ is chosen by validation inside
-bounds, and so is the share of every column's residual (:mod:`sym2real.neural.judged`). Sources: the paper, "Residual
-learning"; AdamW: I. Loshchilov, F. Hutter, "Decoupled weight decay regularization", ICLR 2019.
+the base's own, so that the base's loss is 1; r: residual; ρ: what a step lacks, by σ. Networks learn from short windows
+first, with every λ, then with the best one from whole ones, whose errors are sums of what short ones tell. λ is chosen
+by validation on whole windows, inside bounds, and so is the share of every column's residual
+(:mod:`sym2real.neural.judged`). Sources: the paper, "Residual learning"; AdamW: I. Loshchilov, F. Hutter, "Decoupled
+weight decay regularization", ICLR 2019.
 """
 
 from __future__ import annotations
@@ -24,7 +26,7 @@ from sym2real.dataset import Transitions
 from sym2real.errors import ModelError, ShapeError
 from sym2real.layout import Layouts
 from sym2real.neural.batch import Batch
-from sym2real.neural.blocks import EVERY, windows_of
+from sym2real.neural.blocks import EVERY, blocks_of, windows_of
 from sym2real.neural.bounded import bounded, unbounded
 from sym2real.neural.composed import Base, Composed, state_of
 from sym2real.neural.cyclic import cyclic_coordinates
@@ -38,7 +40,9 @@ from sym2real.neural.residual_mlp import ResidualMLP
 from sym2real.threads import one_thread
 
 PAPER = (200, 200, 200, 200)
-LOOKING = 0.25  # share of the steps with every λ; the rest is spent on the best one
+SHORT = 5  # rows of the windows that networks learn from first
+FIRST = 0.75  # share of the steps on them, with every λ; the rest is spent on whole rollouts with the best one
+SLOWER = 0.3  # share of the learning rate with which the rest begins
 
 
 @dataclass(frozen=True)
@@ -70,7 +74,7 @@ class ResidualTraining:
 
     Args:
         widths: of the hidden layers; :data:`PAPER` has the paper's. One more holds the bounds of the outputs.
-        steps: rows of a rollout that the loss follows; 1 is the one-step loss.
+        steps: rows of a rollout that the loss follows; with 1 it is of two, because the first one teaches nothing.
         penalties: λ to choose from. The largest leaves half of what the data ask for, the smallest nearly all; no
             residual at all is always among the choices.
         commands, states: past rows that the residual sees.
@@ -130,23 +134,28 @@ class ResidualTraining:
         """The residual, its λ, and its error on rows held out over the base's."""
         layouts = Layouts(state_of(base), base.layouts.action)
         rows = leftover(transitions, base, self.commands, self.states)
-        starts, fold = windows_of(rows.runs, self.steps, self.seed)
-        scales = Scales.of(rows, starts, self.steps)
+        steps = max(2, self.steps)
+        blocks = blocks_of(rows.runs, steps, self.seed)
+        starts, fold = windows_of(*blocks, steps)
+        scales = Scales.of(rows, starts, steps)
         seen = [layouts.state, layouts.action, *[layouts.action] * self.commands, *[layouts.state] * self.states]
         normal = Normal.of(rows.seen, seen, scales.residual, cyclic_coordinates(base))
         batch = Batch.of(rows, starts, fold, normal, scales)
+        starts, fold = windows_of(*blocks, few := min(SHORT, steps))
+        short = Batch.of(rows, starts, fold, normal, Scales.of(rows, starts, few))
         networks = Networks((len(normal.mean), *self.widths, len(layouts.state)), (EVERY + 1) * len(self.penalties))
         numbers = torch.arange(networks.count)
         normal.begin_with(networks, self._residual(layouts, self.widths).layers(), numbers)
         if start is not None:
             normal.begin_with(networks, self._layers_of(start, layouts), numbers[-len(self.penalties) :])
         penalties, descent = torch.tensor(self.penalties, dtype=torch.float32), self.descent
-        looking = replace(descent, steps=round(LOOKING * descent.steps))
-        errors = Judged(networks, batch, penalties, descent.rows, self.seed).descend(looking)
+        first = replace(descent, steps=round(FIRST * descent.steps))
+        errors = Judged(networks, short, batch, penalties, rows=descent.rows, seed=self.seed).descend(first)
         best = int(errors.argmin())
         networks = networks.only(numbers[best :: len(penalties)])
-        judged = Judged(networks, batch, penalties[best : best + 1], descent.rows, self.seed)
-        judged.descend(replace(descent, steps=descent.steps - looking.steps))
+        judged = Judged(networks, batch, batch, penalties[best : best + 1], rows=descent.rows, seed=self.seed)
+        rest = replace(descent, steps=descent.steps - first.steps, learning_rate=SLOWER * descent.learning_rate)
+        judged.descend(rest)
         share, error = judged.shares(layouts.state)
         with torch.no_grad():
             layers = [(weight[-1], bias[-1, 0]) for weight, bias in networks.pairs()]

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
+from sym2real.layout import Layout
 from sym2real.neural.leftover import Leftover
 from sym2real.neural.multi_step import Scales
 from sym2real.neural.networks import Networks
@@ -37,7 +38,7 @@ class Batch:
         carried: how errors go on ``# (rows, t, t)``.
         starts: first rows of windows, a row of the same log before each ``# (windows,)``.
         fold: which fold a window lies in ``# (windows,)``.
-        scale: of errors ``# (steps, 1, t, 1)``.
+        scale: of errors, one for all components of an attitude ``# (steps, 1, t, 1)``.
     """
 
     seen: Tensor
@@ -63,7 +64,7 @@ class Batch:
             rows.carried,
             starts,
             fold,
-            scales.error,
+            _of_fields(scales.error, rows.layout),
         )
 
     def rolled(self, networks: Networks, windows: Tensor) -> tuple[Tensor, Tensor]:
@@ -103,3 +104,16 @@ class Batch:
             found.append(own + self.carried[row] @ found[-1] if step else own)
         both = torch.stack(found) / self.scale
         return both[..., :1], both[..., 1:]
+
+
+def _of_fields(scale: Tensor, layout: Layout) -> Tensor:
+    """One for all tangent components of an attitude: each of its columns moves all of them.
+
+    A push about one axis, by what the base lacks, moves the others a little. Measured by the base's own errors, which
+    may be hundreds of times less there, this would cost more than the push brings.
+    """
+    scale = scale.clone()
+    for field, places in zip(layout.fields, layout.tangent_places, strict=True):
+        if field.kind != "vector":
+            scale[:, :, list(places)] = scale[:, :, list(places)].square().mean(2, keepdim=True).sqrt()
+    return scale

@@ -13,6 +13,7 @@ import sympy
 import torch
 from effects_cases import nominal, one_key_per_kind
 from paper_robots import PAPER_ROBOTS
+from scipy.integrate import trapezoid
 from torch import Tensor
 
 from sym2real.effects import Effect, applicable, compose, effect
@@ -164,7 +165,7 @@ def test_a_command_is_cut_off_then_late_then_mapped() -> None:
     for command in late:  # the lag's mean over a period by quadrature
         times = np.linspace(0, MUSHR.dt, 2001)
         follows = float(command) + (lagged - float(command)) * np.exp(-times / 0.1)
-        answers.append(2.0 * np.trapezoid(follows, times) / MUSHR.dt + 0.1)
+        answers.append(2.0 * trapezoid(follows, times) / MUSHR.dt + 0.1)
         lagged = follows[-1]
     for order in itertools.islice(itertools.permutations(keys), 0, None, 17):
         equations = compose(nominal(MUSHR), [(effect(key, MUSHR), keys[key]) for key in order])

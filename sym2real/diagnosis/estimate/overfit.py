@@ -76,7 +76,7 @@ def _with_a_start(problems: Problems, rivals: Sequence[Candidate], values: Tenso
 def improved(problems: Problems, free: Free, values: Tensor, centre: Tensor, steps: int) -> Tensor:
     """Gauss–Newton steps within bounds, the prior's mean at ``centre``, until another is not worth it."""
     slots = list(free)
-    for _ in range(steps):
+    for _ in range(steps if free else 0):
         fit = problems.quadratics([Hypothesis(free, values)], with_nuisance=False)[0]
         step = _bounded_step(problems, fit, centre)
         trials = torch.stack([values, *(problems.moved(fit, step * part) for part in LINE_SEARCH)])

@@ -22,10 +22,9 @@ def _nvrtc() -> ctypes.CDLL:
     package, major = importlib.util.find_spec("nvidia"), (torch.version.cuda or "").partition(".")[0]
     places = package.submodule_search_locations or [] if package else []
     files = [file for place in places for file in Path(place).rglob("libnvrtc.so*")]
-    for file in sorted(files, key=lambda file: (not file.name.endswith(f".so.{major}"), str(file))):
-        return ctypes.CDLL(str(file))
+    own = sorted(files, key=lambda file: (not file.name.endswith(f".so.{major}"), str(file)))[:1]
     try:
-        return ctypes.CDLL("libnvrtc.so")
+        return ctypes.CDLL(str(own[0]) if own else "libnvrtc.so")
     except OSError as error:
         raise MissingDependencyError("CUDA kernels need NVRTC: pip install 'sym2real[gpu]'") from error
 

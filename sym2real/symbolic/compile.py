@@ -123,8 +123,8 @@ def rollout(
 
     Models that are rolled out often are compiled to C, see :mod:`sym2real.symbolic.native_choice`. On the processor
     TorchScript runs without the executor's profiling: it takes the first two calls of a model ten times as long and
-    makes the later ones no faster. On a GPU it joins small kernels, in some seconds, and later calls are 5 to 18 times
-    as fast.
+    makes the later ones no faster. On a GPU it joins small kernels, in some seconds, and later calls are several
+    times as fast.
 
     Args:
         model: compiled model, any dynamics model, or a plain ``(state, action)`` function.

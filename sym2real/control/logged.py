@@ -8,13 +8,14 @@ from numpy.typing import ArrayLike
 from scipy.ndimage import uniform_filter1d
 from torch import Tensor
 
+from sym2real.protocols import Memoryless
 from sym2real.trajectory import Array, Trajectory
 
 SMOOTHING = 9  # rows over which a path is smoothed
 
 
 @dataclass(frozen=True)
-class Replayed:
+class Replayed(Memoryless):
     """A controller that sends again what was sent, whatever the state.
 
     Args:
@@ -23,16 +24,10 @@ class Replayed:
 
     commands: Array
 
-    def reset(self) -> None:
-        """Begin an episode."""
-
     def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
         """The command of a step ``# (action,)``."""
         sent: Array = self.commands[step]
         return sent
-
-    def remember(self, sent: ArrayLike) -> None:
-        """What was sent changes nothing."""
 
 
 def path_of(log: Trajectory) -> Tensor:

@@ -23,7 +23,7 @@ from sym2real.experiments.flying import fly
 from sym2real.layout import Layout
 from sym2real.logs.differences import rates_on_time
 from sym2real.plants import MujocoPlant
-from sym2real.robots import CRAZYFLIE, MUSHR
+from sym2real.robots import CRAZYFLIE, MUSHR, Robot
 from sym2real.tasks import make_task
 from sym2real.trajectory import Array, Trajectory
 
@@ -145,6 +145,30 @@ def test_a_scale_is_told_as_a_factor_of_the_sensor_and_not_as_a_unit() -> None:
     assert "deg" not in fault.fix
     assert "mm" not in fault.fix
     assert "calibrate" in fault.fix
+
+
+@pytest.mark.parametrize("times", [0.6, 1.8])
+@pytest.mark.parametrize("robot", [CRAZYFLIE, MUSHR])
+def test_stamps_of_a_wrong_clock_are_told_as_such_and_not_as_many_sensors(robot: Robot, times: float) -> None:
+    """What is written at another rate than the file says moves and turns by as much more, all of it alike."""
+    data = plain() if robot is CRAZYFLIE else simulate_case(Case("mushr", (), seed=4), 4, 200)
+    checked = check(robot.nominal(), Dataset(replace(log, time=times * log.time) for log in data))
+    (fault,) = checked.faults
+    assert fault.name == "the clock"
+    assert f"{1 / times:.2f}"[:3] in fault.fix
+    seconds = [log.time[-1] - log.time[0] for log in data]
+    assert [log.time[-1] - log.time[0] for log in checked.data] == pytest.approx(seconds, rel=0.02)
+    assert checked.data.dt == pytest.approx(robot.dt, rel=0.02)
+
+
+def test_a_model_of_one_scale_for_every_sensor_is_no_clock() -> None:
+    """A gyro alone that is off about all its axes leaves the velocities, which know the clock, as they are."""
+    data = plain()
+    for column in ("wx", "wy", "wz"):
+        data = changed(data, column, lambda w: 1.3 * w)
+    assert [one.effect for one in check(CRAZYFLIE.nominal(), data).faults] == [
+        f"sensor_scale:{column}" for column in ("wx", "wy", "wz")
+    ]
 
 
 def test_sensors_that_were_found_wrong_are_in_the_model() -> None:

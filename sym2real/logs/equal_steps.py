@@ -30,12 +30,12 @@ def _without_gaps(log: Trajectory, dt: float | None) -> list[Trajectory]:
     step = log.dt if dt is None or min(abs(own - dt) for own in (log.dt, _mean_step(log))) > REGULAR * dt else dt
     cuts = gaps(log.time, step).tolist()
     if not cuts:
-        return [_resampled(log, step)]
+        return [resampled(log, step)]
     pieces = []
     for number, (start, stop) in enumerate(pairwise([0, *cuts, len(log)]), 1):
         note = f"{CUT}: rows {start + 1} to {stop}"
         piece = replace(log.rows(start, stop), name=f"{log.name}#{number}", notes=(*log.notes, note))
-        pieces.append(_resampled(piece, step))
+        pieces.append(resampled(piece, step))
     return pieces
 
 
@@ -49,7 +49,7 @@ def without_holes(log: Trajectory, dt: float) -> Trajectory:
     known = np.isfinite(log.state).all(axis=1)
     parts = {name: getattr(log, name)[known] for name in ("time", *log.layouts.groups)}
     extra = {name: values[known] for name, values in log.extra.items()}
-    made = _resampled(replace(log, **parts, extra=extra), dt)
+    made = resampled(replace(log, **parts, extra=extra), dt)
     held = np.searchsorted(log.time, made.time + 0.5 * dt) - 1
     return replace(made, action=log.action[held]).rows(0, len(log))
 
@@ -60,7 +60,8 @@ def _mean_step(log: Trajectory) -> float:
     return float(intervals[intervals <= GAP_INTERVALS * log.dt].mean())
 
 
-def _resampled(log: Trajectory, dt: float) -> Trajectory:
+def resampled(log: Trajectory, dt: float) -> Trajectory:
+    """A log without gaps at steps of ``dt``; itself where it has them."""
     if len(log) < 2 or is_regular(log.time, dt):
         return log
     columns: dict[str, Array] = dict(log.extra)

@@ -22,7 +22,7 @@ from sym2real.diagnosis.faults.mistakes.lost_commands import with_lost_commands
 from sym2real.diagnosis.faults.mistakes.rows import BadRows, bad_rows
 from sym2real.diagnosis.faults.mistakes.transformation import Late, of_all
 from sym2real.diagnosis.faults.motor_columns import motors
-from sym2real.diagnosis.faults.sensor_faults import measured_by, readings, sensors_of
+from sym2real.diagnosis.faults.sensor_faults import clock_of, measured_by, readings, sensors_of
 from sym2real.diagnosis.faults.units import Scaled
 from sym2real.diagnosis.faults.variation import exact, exactness, excitation
 from sym2real.diagnosis.settings import SETTINGS
@@ -87,6 +87,7 @@ def _checked(model: Equations | None, logs: tuple[Trajectory, ...]) -> Checked:
         *(partial(breached, look) for look in (*frames, *units)),
         _signs,
         *(partial(breached, look) for look in commands),
+        partial(clock_of, model),
         _behind_their_rates,
         sensors_of,
         *(() if model is None else (partial(motors, model),)),

@@ -1,4 +1,4 @@
-"""An attitude loop that is slower or faster than nominal, against flights along great circles, integrated every ms."""
+"""An attitude loop that is slower or faster than nominal, or trimmed, against flights that are integrated every ms."""
 
 from __future__ import annotations
 
@@ -15,11 +15,17 @@ from sym2real.symbolic import compile_model
 from sym2real.trajectory import Array, Trajectory
 
 MASS, NOMINAL, FINE, GRAVITY = 1.2, 0.15, 1e-3, 9.81
+LEVEL = Rotation.identity()
 BASE = quadrotor(MASS, interface="thrust_attitude", attitude_time_constant=NOMINAL)
 
 
-def flown(time: float, seed: int, rows: int = 400) -> Trajectory:
-    """Thrust and attitudes drawn anew every second; the angle to what is told falls by 1/τ."""
+def flown(time: float, seed: int, rows: int = 400, *, trim: Rotation = LEVEL, board: Rotation = LEVEL) -> Trajectory:
+    """Thrust and attitudes drawn anew every second; the angle to what is told falls by 1/τ.
+
+    Args:
+        trim: from the attitude that is told to the one that is held.
+        board: from the robot's attitude to that of the sensor, which the loop sees and the log holds.
+    """
     rng, every = np.random.default_rng(seed), round(BASE.dt / FINE)
     place, velocity, attitude = np.array([0.0, 0.0, 2.0]), np.zeros(3), Rotation.identity()
     states, told = [], list[Array]()
@@ -27,14 +33,14 @@ def flown(time: float, seed: int, rows: int = 400) -> Trajectory:
         if row % 50 == 0:
             wanted = Rotation.from_euler("ZYX", rng.uniform(-1.0, 1.0, 3) * (0.2, 0.15, 0.15))
             thrust = MASS * GRAVITY * rng.uniform(0.9, 1.15)
-        rate = (attitude.inv() * wanted).as_rotvec() / time
-        states.append([*place, *np.roll(attitude.as_quat(), 1), *velocity, *rate])
+        held = wanted * trim * board.inv()
+        states.append([*place, *np.roll((attitude * board).as_quat(), 1), *velocity])
         told.append(np.array([thrust, *np.roll(wanted.as_quat(), 1)]))
         for _ in range(every):
-            attitude *= Rotation.from_rotvec((attitude.inv() * wanted).as_rotvec() * FINE / time)
+            attitude *= Rotation.from_rotvec((attitude.inv() * held).as_rotvec() * FINE / time)
             velocity = velocity + FINE * (attitude.as_matrix()[:, 2] * thrust / MASS - (0.0, 0.0, GRAVITY))
             place = place + FINE * velocity
-    noisy = np.array(states)[:, : len(BASE.layouts.state)]
+    noisy = np.array(states)
     noisy = noisy + rng.normal(0.0, 0.003, noisy.shape)
     state = BASE.layouts.state.normalise(torch.as_tensor(noisy)).numpy()
     return Trajectory.from_arrays(state, np.array(told), BASE.layouts, dt=BASE.dt)
@@ -63,6 +69,25 @@ def test_another_time_constant_is_named(time: float) -> None:
     assert value.low * NOMINAL <= time <= value.high * NOMINAL
 
 
+def test_another_trim_is_named_and_no_tilted_board() -> None:
+    """The attitude that is held lies beside the one that is told, and thrust acts along it, as it is measured."""
+    trim = Rotation.from_euler("XY", [0.034, -0.02])
+    found = diagnose(BASE, [flown(NOMINAL, seed, trim=trim) for seed in range(4)])
+    (finding,) = found.findings
+    assert finding.effect == "attitude_trim", found.summary
+    for name, angle in (("roll", 0.034), ("pitch", -0.02)):
+        value = finding.parameters[name]
+        assert value.low <= angle <= value.high
+        assert value.value == pytest.approx(angle, abs=0.003)
+
+
+def test_a_tilted_board_is_no_trim() -> None:
+    """What the sensor says is what was told; thrust acts beside it."""
+    board = Rotation.from_euler("XY", [0.034, -0.02])
+    found = diagnose(BASE, [flown(NOMINAL, seed, board=board) for seed in range(4)])
+    assert [finding.effect for finding in found.findings] == ["mounting_tilt"], found.summary
+
+
 def test_a_loop_as_nominal_misses_nothing() -> None:
     assert not diagnose(BASE, [flown(NOMINAL, seed) for seed in range(4)]).findings
 
@@ -74,3 +99,5 @@ def test_who_is_told_no_attitude_has_none() -> None:
             add(model, "attitude_loop", {"value": 2.0})
     with pytest.raises(ModelError, match="no simulated robot"):
         effect("attitude_loop", BASE).inject(value=2.0)
+    with pytest.raises(ModelError, match="no simulated robot"):
+        effect("attitude_trim", BASE).inject(roll=0.02)

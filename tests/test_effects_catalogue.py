@@ -26,7 +26,7 @@ CAR = {
     *("lever_arm", "tyre_slip", "understeer", "relaxation_length"),
 }
 BOTH = {"wind", "linear_drag", "quadratic_drag", "periodic_force"}
-MOTORS_ONLY, ATTITUDE_ONLY = {"torque_scale"}, {"attitude_loop"}
+MOTORS_ONLY, ATTITUDE_ONLY = {"torque_scale"}, {"attitude_loop", "attitude_trim"}
 WHEELS_ONLY = {"turning_friction", "wheel_radius", "track_width"}
 JOINTS = {"joint_damping", "joint_friction", "joint_stiffness", "armature", "gravity_tilt", "load"}
 SENSOR = {"sensor_sign", "sensor_bias", "sensor_scale", "sensor_lag", "time_shift"}

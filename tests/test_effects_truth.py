@@ -71,6 +71,7 @@ def test_every_effect_is_held_against_the_simulator() -> None:
     of_joints = {name for name, kind in EFFECTS.items() if kind.robot == "robot with joints"}
     assert {key.partition(":")[0] for key in keys} == set(EFFECTS) - of_joints - {
         "attitude_loop",
+        "attitude_trim",
         "turning_friction",
         "wheel_radius",
         "track_width",

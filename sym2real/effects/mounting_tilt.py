@@ -38,7 +38,7 @@ def _matrix(roll: Expr, pitch: Expr) -> list[list[Expr]]:
     ]
 
 
-def _turned(quaternion: Sequence[Expr], roll: Expr, pitch: Expr, sign: int) -> tuple[Expr, ...]:
+def turned(quaternion: Sequence[Expr], roll: Expr, pitch: Expr, sign: int) -> tuple[Expr, ...]:
     """q ⊗ δ, or q ⊗ δ⁻¹ for a sign of -1."""
     x, y, z = sin(roll / 2) * cos(pitch / 2), cos(roll / 2) * sin(pitch / 2), sin(roll / 2) * sin(pitch / 2)
     return multiply(quaternion, (cos(roll / 2) * cos(pitch / 2), sign * x, sign * y, sign * z))
@@ -49,7 +49,7 @@ def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
     changes: dict[str, Expr] = {}
     for names in (QUATERNION, ATTITUDE_COMMANDS):
         if names[0] in body.names and names[0] not in body.layouts.state:  # measured on the way in
-            changes |= dict(zip(names, _turned([symbol(name) for name in names], roll, pitch, -1), strict=True))
+            changes |= dict(zip(names, turned([symbol(name) for name in names], roll, pitch, -1), strict=True))
     if COMMANDS[0] in body.names:
         rows = _matrix(roll, pitch)
         changes |= {
@@ -63,7 +63,7 @@ def _outputs(equations: Equations, roll: Expr, pitch: Expr) -> dict[str, Expr]:
     outputs: dict[str, Expr] = {}
     if QUATERNION[0] in equations.next:
         quaternion = [reported(equations, name) for name in QUATERNION]
-        outputs |= dict(zip(QUATERNION, _turned(quaternion, roll, pitch, 1), strict=True))
+        outputs |= dict(zip(QUATERNION, turned(quaternion, roll, pitch, 1), strict=True))
     if RATES[0] in equations.next:
         for name, column in zip(RATES, zip(*_matrix(roll, pitch), strict=True), strict=True):
             outputs[name] = sum(a * reported(equations, rate) for a, rate in zip(column, RATES, strict=True))

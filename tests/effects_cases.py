@@ -68,6 +68,7 @@ CASES: list[Case] = [
     (C, "offset:steer", {"value": 0.02}, 0.99, 0.15),
     (C, "offset:steer", {"value": 0.1}, 0.99, 0.15),
     (C, "gain:steer", {"value": 0.85}, 0.99, 0.15),
+    (C, "steering_curve", {"value": 1.0}, 0.99, 0.15),
     (C, "gain:speed", {"value": 0.9}, 0.99, 0.05),
     (C, "limit:speed", {"upper": 1.0}, 0.99, 0.05),
     (C, "limit:steer", {"magnitude": 0.1}, 0.99, 0.15),

@@ -23,7 +23,7 @@ QUADROTOR = {
 }
 CAR = {
     *("tyre_friction", "lateral_slip", "rolling_resistance", "slope", "wheelbase", "yaw_drag", "yaw_bias"),
-    *("lever_arm", "tyre_slip", "understeer", "relaxation_length"),
+    *("lever_arm", "tyre_slip", "understeer", "relaxation_length", "steering_curve"),
 }
 BOTH = {"wind", "linear_drag", "quadratic_drag", "periodic_force"}
 MOTORS_ONLY, ATTITUDE_ONLY = {"torque_scale"}, {"attitude_loop", "attitude_trim"}
@@ -32,7 +32,7 @@ JOINTS = {"joint_damping", "joint_friction", "joint_stiffness", "armature", "gra
 SENSOR = {"sensor_sign", "sensor_bias", "sensor_scale", "sensor_lag", "time_shift"}
 UNITS = {
     *("1", "N", "rad", "rad/s", "rad/s²", "m/s", "m/s²", "m", "s", "kg", "kg m²", "N m", "N m s", "N s", "N/s"),
-    *("N m/rad", "N/m", "N s/m", "N s²/m²", "1/s", "1/V", "s²/m²", "rad s²/m"),
+    *("N m/rad", "N/m", "N s/m", "N s²/m²", "1/s", "1/V", "1/rad²", "s²/m²", "rad s²/m"),
 }
 
 

@@ -3,7 +3,7 @@
 from sym2real.effects.kind import Kind
 from sym2real.registry import Registry
 
-COMMANDS = ("gain", "offset", "limit", "rate_limit", "delay", "lag", "dead_band", "attitude_trim")
+COMMANDS = ("gain", "offset", "limit", "rate_limit", "delay", "lag", "dead_band", "attitude_trim", "steering_curve")
 THRUST = ("added_mass", "payload", "thrust_curve", "battery_sag", "com_offset", "rotor_loss", "ground_effect")
 TURNING = (
     *("torque_bias", "torque_scale", "motor_lag", "rate_loop_gain", "attitude_loop", "rate_damping"),

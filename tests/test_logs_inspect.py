@@ -236,6 +236,18 @@ def test_velocities_are_u_v_w_and_a_gyro_is_g(flight: Flight, tmp_path: Path, gy
     check(flight, path, found.spec)
 
 
+def test_a_column_that_is_called_x_is_the_place_before_one_that_may_be(flight: Flight, tmp_path: Path) -> None:
+    """As ``ulog2csv`` writes PX4's topics, a file each: topics are gone, and rates are xyz[0] to xyz[2]."""
+    columns = {name.rpartition(".")[2]: values for name, values in px4(flight).items()}
+    path = save(tmp_path, dict(sorted(columns.items(), key=lambda column: not column[0].startswith("xyz"))))
+    found = inspect_logs(path)
+    assert [found.spec.columns[axis].column for axis in ("x", "y", "z", "vx")] == ["x", "y", "z", "vx"]
+    assert {found.spec.columns[axis].unit for axis in "xyz"} == {""}
+    assert found.spec.frames == "ned_frd"
+    assert found.spec.derive == ("rate",)
+    assert "looks like the same as 'x'" in next(row.evidence for row in found.rows if row.column == "xyz[0]")
+
+
 def test_a_log_that_names_the_compass_is_north_east_down(flight: Flight, tmp_path: Path) -> None:
     columns = px4(flight)
     words = {".x": "north", ".y": "east", ".z": "down", ".vx": "v_n", ".vy": "v_e", ".vz": "v_d"}

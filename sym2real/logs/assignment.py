@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from sym2real.layout import Layouts
 from sym2real.logs.name_words import words_and_unit
 from sym2real.logs.names import Named, read_name
+from sym2real.logs.parts import STANDARD_COLUMNS
 from sym2real.vocabulary import ACCELERATION_COLUMN
 
 PREFIX = {"position": "", "velocity": "v", "rate": "w", "force": "f", "torque": "t"}
@@ -60,7 +61,7 @@ class Assignment:
 
 
 def assign(names: Sequence[str], motors: int = 4) -> Assignment:
-    """Sort columns by what their names say; of two that say the same the first is taken.
+    """Sort columns by what their names say; of two that say the same one that is called so is taken, else the first.
 
     Args:
         names: of the columns.
@@ -74,7 +75,7 @@ def assign(names: Sequence[str], motors: int = 4) -> Assignment:
     for name in _counted_joints(result.named, [name for name in names if name not in sure]):
         del result.named[name]
     _settle_letters(result)
-    for name, named in result.named.items():
+    for name, named in sorted(result.named.items(), key=lambda said: said[0] not in STANDARD_COLUMNS):
         _place(result, name, named)
     _settle(result, motors)
     return result

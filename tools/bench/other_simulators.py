@@ -247,7 +247,7 @@ def questions() -> Iterator[Question]:
     for case, (hexarotor, truth) in BULLET.items():
         yield Question(case, truth, partial(flights_in_bullet, hexarotor), ROBOTS["hexarotor"].nominal())
     for case, (told, truth) in DRIVES.items():
-        own = {"lag:speed": {"value": told.speed_lag}, "tyre_slip": {"value": told.compliance}}
+        own = {"lag:speed": {"value": told.speed_lag}, "tyre_slip": {"value": told.compliance}, **told.curve}
         runs = partial(standard_runs, driver, partial(SingleTrackPlant, told))
         yield Question(case, {**ALWAYS, **own, **truth}, runs, car(WHEELBASE))
     for case, tyres in ROADS.items():

@@ -60,6 +60,15 @@ class Car:
         return self.motor * (1.0 + spinning)
 
     @property
+    def curve(self) -> dict[str, dict[str, float]]:
+        """Of the linear model, whose speed v is that of the middle and turns it by v δ / L.
+
+        Along the heading that is u / cos β with a slip angle β of δ / 2 where the tyres hold, so
+        κ L = δ (1 + δ²/8), and tan δ of a curve with c = 1/3 - 1/8.
+        """
+        return {} if self.drift else {"steering_curve": {"value": 1 / 3 - 1 / 8}}
+
+    @property
     def compliance(self) -> float:
         """Slip angle of either axle per lateral acceleration, rad s²/m: stiffness goes by load, so both are alike."""
         return 1.0 / (STIFFNESS * self.tyres * GRAVITY)

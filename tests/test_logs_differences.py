@@ -10,7 +10,7 @@ import pytest
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.faults.sanity import check
 from sym2real.experiments.flights import car_drives
-from sym2real.logs.derive import rows_around, slope
+from sym2real.logs.derive import closest_slope, rows_around, slope
 from sym2real.logs.differences import rates_on_time
 from sym2real.robots import MUSHR
 from sym2real.trajectory import Trajectory
@@ -91,3 +91,24 @@ def test_a_step_of_a_rate_is_spread_over_a_step_of_the_model_at_most(rate: float
     away = np.abs(time - 1.0) > DT + 1e-9
     np.testing.assert_allclose(derived[away], (time > 1.0)[away], atol=1e-9)
     assert np.any(np.abs(derived - (time > 1.0)) > 0.1)
+
+
+@pytest.mark.parametrize("frequency", [0.5, 2.0, 6.0])
+def test_a_slope_is_through_as_many_rows_as_noise_and_motion_ask_for(frequency: float) -> None:
+    """250 rows a second under a model of 20 ms: through eleven rows slow motions lose noise, quick ones themselves."""
+    rng, time, turn = np.random.default_rng(3), np.arange(2500) / 250.0, 2 * np.pi * frequency
+    angle = np.sin(turn * time) + rng.normal(0.0, 4e-4, len(time))
+    missed = [
+        np.std(rate - turn * np.cos(turn * time))
+        for rate in (closest_slope(time, angle, 11), *(slope(time, angle, rows) for rows in (3, 5, 7, 9, 11)))
+    ]
+    assert missed[0] <= 1.15 * min(missed[1:])
+    assert frequency < 5.0 or missed[0] < 0.6 * missed[-1]
+    np.testing.assert_array_equal(closest_slope(time, angle, 3), slope(time, angle, 3))
+
+
+def test_counts_of_an_encoder_that_mostly_rests_are_noise() -> None:
+    """A slow joint whose encoder says the same count for many rows: the slope through three would jump by counts."""
+    time = np.arange(2500) / 250.0
+    counts = np.round(np.sin(0.3 * time) / 0.02) * 0.02
+    np.testing.assert_array_equal(closest_slope(time, counts, 11), slope(time, counts, 11))

@@ -6,6 +6,7 @@ either end of a short log): on regular stamps this is the filter of A. Savitzky 
 
 A rate that a model predicts is smoothed over one of the model's steps to either side and no further: a step of a
 command that is spread over more looks like a lag of the robot, while equations and diagnoses are fitted under noise.
+What changes faster than that, and is measured so well that it shows, is smoothed over less.
 """
 
 import numpy as np
@@ -16,6 +17,7 @@ from sym2real import rotation
 from sym2real.trajectory import Array
 
 SHORTEST, USUAL = 3, 5
+CHI_SQUARE_MEDIAN = 0.4549  # of one degree of freedom
 
 
 def rows_around(time: Array, dt: float | None) -> int:
@@ -55,6 +57,32 @@ def slope(time: Array, values: Array, around: int = USUAL) -> Array:
     windows = _windows(len(time), around)
     result: Array = np.einsum("rw,rw...->r...", _slope_weights(time, windows), values[windows])
     return result
+
+
+def closest_slope(time: Array, values: Array, most: int) -> Array:
+    """:func:`slope` through at most so many rows: as many as make the least error, of noise and of motion they lose.
+
+    A slope through m rows to either side has σ² / (S dt²) of white noise σ, S = m (m + 1) (2 m + 1) / 3. From that
+    through three it is off by noise, σ² (1/2 - 1/S) / dt², and by motion that is lost between its rows.
+
+    Args:
+        time: s ``# (rows,)``.
+        values: at these times ``# (rows,)``.
+        most: odd number of rows.
+    """
+    moved = np.abs(np.diff(values))
+    if len(time) <= most or most <= SHORTEST or not moved.any():
+        return slope(time, values, most)
+    # Of an encoder that mostly rests at a count, third differences are zero: its noise is that of counts.
+    white = max(np.median(np.diff(values, n=3) ** 2) / CHI_SQUARE_MEDIAN / 20.0, moved[moved > 0].min() ** 2 / 12.0)
+    noise, nearest = float(white) / float(np.median(np.diff(time))) ** 2, slope(time, values, SHORTEST)
+    errors, slopes = [], []
+    for half in sorted({min(round(1.4**power), most // 2) for power in range(most)}):
+        squares = half * (half + 1) * (2 * half + 1) / 3
+        slopes.append(slope(time, values, 2 * half + 1))
+        lost = float(np.square(slopes[-1] - nearest).mean()) - noise * (0.5 - 1.0 / squares)
+        errors.append(noise / squares + max(lost, 0.0))
+    return slopes[int(np.argmin(errors))]
 
 
 def rolling(time: Array, position: Array, yaw: Array, wheel: Array, around: int) -> Array:

@@ -24,13 +24,13 @@ def add_derived(log: Standard, spec: LogSpec, layouts: Layouts | None, dt: float
     if "velocity" in spec.derive:
         for axis in "xyz":
             if axis in columns and f"v{axis}" not in columns:
-                columns[f"v{axis}"] = derive.slope(log.time, columns[axis], around)
-        notes.append(f"velocities are slopes of positions (parabola through {around} rows)")
+                columns[f"v{axis}"] = derive.closest_slope(log.time, columns[axis], around)
+        notes.append(f"velocities are slopes of positions (parabola through {around} rows, or fewer)")
     if "rate" in spec.derive:
         of_joints = _joint_rates(log, layouts, around)
         columns = _rates(log, around) | of_joints | columns
         of = f"{', '.join(of_joints)} are slopes" if of_joints else "angular rates are slopes of the attitude"
-        notes.append(f"{of} (parabola through {around} rows)")
+        notes.append(f"{of} (parabola through {around} rows{', or fewer' if of_joints else ''})")
     return Standard(log.time, columns, log.others, tuple(notes))
 
 
@@ -65,4 +65,4 @@ def _joint_rates(log: Standard, layouts: Layouts | None, around: int) -> Columns
         return {}
     rates = layouts.state.rates
     there = [joint for joint in layouts.state.joints if joint in log.columns and rates[joint] not in log.columns]
-    return {rates[joint]: derive.slope(log.time, log.columns[joint], around) for joint in there}
+    return {rates[joint]: derive.closest_slope(log.time, log.columns[joint], around) for joint in there}

@@ -132,3 +132,8 @@ def test_one_speed_shows_no_tyres_and_several_do() -> None:
     of_tyres, even = {"tyre_slip", "understeer"}, drive(0.3 * np.sin(phase), np.full(ROWS, 0.9))
     assert not of_tyres & {*library_for(MUSHR.nominal(), Dataset([even])).effects}
     assert of_tyres <= {*library_for(MUSHR.nominal(), Dataset([eight])).effects}
+
+
+def test_one_circle_shows_no_curve_of_the_steering_and_turns_both_ways_do() -> None:
+    assert "steering_curve" not in library_for(MUSHR.nominal(), Dataset([circle])).effects
+    assert "steering_curve" in library_for(MUSHR.nominal(), Dataset([eight])).effects

@@ -63,8 +63,9 @@ ONE_ROTOR = Alike("thrust stays near one value", manoeuvres.steady_thrust, one_o
 ONE_STEERING = Alike("speed stays near one value", manoeuvres.one_speed, one_of=True, counts=False)
 ONE_ARM = Alike("speed stays near one value", manoeuvres.one_speed, one_of=True, counts=False)
 ONE_WAY_TO_TURN = Alike("speed stays near one value", manoeuvres.one_speed, one_of=True, counts=False)
+ONE_CURVE = Alike("the car drives one circle", manoeuvres.one_circle, one_of=True, counts=False)
 ALL = (
     *(ONE_STRENGTH, ONE_THRUST, ONE_TORQUE, ONE_TORQUE_AT_ONE_THRUST, ONE_TURN, ONE_PULL, ONE_LEAN, ONE_FORCE),
     *(ONE_HEADING, ONE_LAG, ONE_DELAY, ONE_BRAKE, ONE_DRAG, ONE_MAP, ONE_LIFT, ONE_ROTOR),
-    *(ONE_STEERING, ONE_ARM, ONE_WAY_TO_TURN),
+    *(ONE_STEERING, ONE_ARM, ONE_WAY_TO_TURN, ONE_CURVE),
 )

@@ -1,6 +1,15 @@
 """A command is answered with a multiple of it: a → k·a."""
 
-from sym2real.effects.alike import ONE_MAP, ONE_ROTOR, ONE_STEERING, ONE_STRENGTH, ONE_THRUST, ONE_TURN, Member
+from sym2real.effects.alike import (
+    ONE_CURVE,
+    ONE_MAP,
+    ONE_ROTOR,
+    ONE_STEERING,
+    ONE_STRENGTH,
+    ONE_THRUST,
+    ONE_TURN,
+    Member,
+)
 from sym2real.effects.body import Body
 from sym2real.effects.kind import Kind, Parameter, Values, of_any_body
 from sym2real.effects.searching import Searching, Shown, alone_on, by_role
@@ -42,6 +51,7 @@ GAIN = Kind(
         Member(ONE_ROTOR, 0, "thrust"),
         Member(ONE_TURN, 1, "steer"),
         Member(ONE_STEERING, 0, "steer"),
+        Member(ONE_CURVE, 0, "steer"),
     ),
     searching=Searching(
         why_not=alone_on("motors"),

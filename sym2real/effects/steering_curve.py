@@ -5,6 +5,7 @@ the inner one, turns it by less the further they are turned (no Ackermann geomet
 Vehicle Dynamics, ch. 8); so does a servo's arm that runs on a circle, and what is logged as an angle and is a travel.
 """
 
+from sym2real.effects.alike import ONE_CURVE, Member
 from sym2real.effects.body import Body
 from sym2real.effects.kind import Kind, Parameter, Values, of_any_body
 from sym2real.effects.searching import Searching, Shown
@@ -23,12 +24,13 @@ STEERING_CURVE = Kind(
     parameters=of_any_body(Parameter("value", "1/rad²", null=0.0, low=-2.0, high=2.0, scale=0.3)),
     formula=r"\delta \to \delta\,(1 - c\,\delta^2)",
     summary="The steering map is bent: right about the middle, wrong at full lock.",
-    confused_with="a steering gain, where the steering stays near one angle",
+    confused_with="a steering gain, on one circle",
     shown_by="small and large steering angles both ways",
     fix="measure the wheels' angle against the command at several angles, and put that curve into the driver",
     inject=commanding(lambda steer, _, values: steer * (1.0 - values["value"] * steer**2), "steer"),
     substitute=_substitute,
     needs=("steer",),
     robot="car",
-    searching=Searching(varying=("steer",), shown_in=lambda _: (Shown.HARD,)),
+    alike=(Member(ONE_CURVE, 1),),
+    searching=Searching(varying=("steer",), shown_in=lambda _: (Shown.BOTH_WAYS, Shown.HARD)),
 )

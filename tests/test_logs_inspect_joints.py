@@ -16,6 +16,7 @@ from sym2real.cli import main
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import Diagnosis, diagnose
 from sym2real.errors import DataError
+from sym2real.field import Field
 from sym2real.layout import Layout, Layouts
 from sym2real.logs import LogSpec, inspect_logs, read_logs
 from sym2real.logs.joint_names import match_own
@@ -102,6 +103,28 @@ def test_joints_go_by_their_names_and_servos_by_what_is_wanted() -> None:
     assert match_own(["ax1_pos", "ax1_target"], told.layouts, {"target": "q1"}).found["target"].source == "ax1_target"
     found = {c: m.source for c, m in match_own(["q1", "q1_ref", "tau1"], told.layouts, {"target": "q1"}).found.items()}
     assert found == {"q1": "q1", "target": "q1_ref"}
+
+
+@pytest.mark.parametrize(
+    ("names", "found"),
+    [
+        ("J1_deg J2_deg Z_mm J1_vel_dps J2_vel_dps Z_vel_mmps", "J1_deg J2_deg Z_mm J1_vel_dps J2_vel_dps Z_vel_mmps"),
+        ("J1_deg J2_deg Z_mm", "J1_deg J2_deg Z_mm - - -"),
+        ("J1_deg J2_deg Z_mm Y_mm", "J1_deg J2_deg - - - -"),
+        ("J1_deg J2_deg J3_deg Z_mm", "- - Z_mm - - -"),
+        ("J1 J2 Z", "- - - - - -"),
+    ],
+)
+def test_hinges_and_slides_are_counted_each_alone_where_units_say_which_is_which(names: str, found: str) -> None:
+    """A SCARA arm: two hinges in deg and a spindle in mm; names without units say nothing of the kind."""
+    places = {"shoulder": "rad", "elbow": "rad", "quill": "m"}
+    fields = [Field(joint, (joint,), unit) for joint, unit in places.items()]
+    fields += [Field(f"{joint}_rate", (f"{joint}_rate",), f"{unit}/s") for joint, unit in places.items()]
+    scara = Layouts(Layout(tuple(fields)), Layout(()))
+    matching = match_own(names.split(), scara, {})
+    own = [*scara.state]
+    assert [matching.found[column].source if column in matching.found else "-" for column in own] == found.split()
+    assert not any(match.sure for match in matching.found.values())
 
 
 def test_what_counts_from_zero_is_a_guess_that_says_so(tmp_path: Path) -> None:

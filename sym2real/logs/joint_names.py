@@ -10,6 +10,7 @@ from sym2real.layout import Layouts
 from sym2real.logs.name_words import TABLES, WORDS, words_and_unit
 from sym2real.logs.names import OF_ROLES
 from sym2real.logs.of_model import own_units
+from sym2real.logs.units import UNITS
 
 Quantity = Literal["place", "rate", "force"]
 
@@ -100,6 +101,12 @@ class _Name:
         return int(digits[-1]) if digits else None
 
     @property
+    def unit(self) -> str:
+        """The SI unit of the one that it states, or ""."""
+        stated = words_and_unit(self.text)[1]
+        return UNITS[stated][0] if stated else ""
+
+    @property
     def family(self) -> str:
         """What it has in common with names that differ in the number alone."""
         return "#".join(re.split(r"\d+(?=\D*$)", self.text))
@@ -135,10 +142,10 @@ def match_own(columns: Sequence[str], layouts: Layouts, moved: Mapping[str, str]
     # A position is no electric current: who says "current position" means that it is so now, of torques too.
     if any("current" in name.words and (PLACE | RATE).intersection(name.words) for name in log):
         log = [replace(name, without=frozenset({"current"})) for name in log]
-    _match(result, log, places, lambda name, _: name.quantity in {"place", ""} and not name.wanted)
+    _match(result, log, places, lambda name, _: name.quantity in {"place", ""} and not name.wanted, units)
     turned = {rates[joint]: joint for joint in places}
-    _match(result, log, turned, lambda name, _: name.quantity == "rate" and not name.wanted)
-    _match(result, log, actions, may_be_told, told=True)
+    _match(result, log, turned, lambda name, _: name.quantity == "rate" and not name.wanted, units)
+    _match(result, log, actions, may_be_told, units, told=True)
     used = {match.source for match in result.found.values()}
     for action, joint in actions.items():
         meant = {TOLD.get(units[action], "force"), ""}
@@ -154,7 +161,13 @@ def match_own(columns: Sequence[str], layouts: Layouts, moved: Mapping[str, str]
 
 
 def _match(
-    result: Matching, log: Sequence[_Name], joints: Mapping[str, str], fits: Fits, *, told: bool = False
+    result: Matching,
+    log: Sequence[_Name],
+    joints: Mapping[str, str],
+    fits: Fits,
+    units: Mapping[str, str],
+    *,
+    told: bool = False,
 ) -> None:
     """Columns of one quantity, each with its joint; ``told`` where names of what is wanted go first."""
 
@@ -173,7 +186,12 @@ def _match(
             elif alike:
                 result.open[column] = f"it may be {' or '.join(repr(name.text) for name in alike)}"
     if joints and not joints.keys() & result.found.keys():
-        _by_order(result, [*joints], free(next(iter(joints))))
+        _by_order(result, [*joints], free(next(iter(joints))), units)
+    kinds = dict.fromkeys(units[column] for column in joints)
+    if len(kinds) > 1 and not told and not joints.keys() & result.found.keys():  # hinges and slides, each counted alone
+        for unit in kinds:
+            stated = [name for name in free(next(iter(joints))) if name.unit == unit]
+            _by_order(result, [column for column in joints if units[column] == unit], stated, units, unit)
 
 
 def _alike(called: Iterable[str], free: Sequence[_Name], log: Sequence[_Name]) -> list[_Name]:
@@ -194,16 +212,28 @@ def _alike(called: Iterable[str], free: Sequence[_Name], log: Sequence[_Name]) -
     return [name for name in free if any(one.number is None and {*one.words} <= {*name.words} for one in names)]
 
 
-def _by_order(result: Matching, columns: Sequence[str], free: Sequence[_Name]) -> None:
-    """Names that only count, as ROS' ``position[0]``, where there are as many as the model has."""
+def _by_order(
+    result: Matching, columns: Sequence[str], free: Sequence[_Name], units: Mapping[str, str], unit: str = ""
+) -> None:
+    """Names that only count, as ROS' ``position[0]``, where there are as many as the model has.
+
+    Args:
+        unit: that all of them state, of which one column needs no number.
+    """
     families: dict[str, dict[int, _Name]] = {}
+    if unit and len(columns) == len(free) == 1:
+        result.found[columns[0]] = Match(free[0].text, f"the only one in a unit of {unit}", sure=False)
+        result.open.pop(columns[0], None)
+        return
     for name in free:
         if name.number is not None:
             families.setdefault(name.family, {})[name.number] = name
     count = len(columns)
     counts = [[*range(count)], [*range(1, count + 1)]]
     whole = [names for names in families.values() if sorted(names) in counts]
-    if len(whole) == 1:
+    if len(whole) == 1 and all(
+        name.unit in {"", units[column]} for column, (_, name) in zip(columns, sorted(whole[0].items()), strict=True)
+    ):
         for place, (column, (_, name)) in enumerate(zip(columns, sorted(whole[0].items()), strict=True), 1):
             evidence = f"number {place} of {count}, in the order of the model's: check that the log has the same"
             result.found[column] = Match(name.text, evidence, sure=False)

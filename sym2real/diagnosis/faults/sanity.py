@@ -82,12 +82,13 @@ def _checked(model: Equations | None, logs: tuple[Trajectory, ...]) -> Checked:
     sensors = None if model is None else Sensors(model)
     data = data if sensors is None else through(sensors.state, data)
     frames, units, commands = looks_for(model)
-    breached = partial(_breached, dict[Look, Dataset]())
+    breached, clock = partial(_breached, dict[Look, Dataset]()), partial(clock_of, 0.0 if model is None else model.dt)
     steps: tuple[Callable[[Dataset], Settled], ...] = (
+        clock,
         *(partial(breached, look) for look in (*frames, *units)),
         _signs,
         *(partial(breached, look) for look in commands),
-        partial(clock_of, model),
+        clock,  # which sensors in other frames and units did not tell
         _behind_their_rates,
         sensors_of,
         *(() if model is None else (partial(motors, model),)),

@@ -42,7 +42,6 @@ from sym2real.effects.time_shift import TIME_SHIFT
 from sym2real.layout import Layout
 from sym2real.logs.equal_steps import resampled
 from sym2real.logs.sources import AsRead
-from sym2real.symbolic import Equations
 from sym2real.trajectory import Array, Trajectory
 from sym2real.vocabulary import ATTITUDE, HEADING, POSITION
 
@@ -247,21 +246,21 @@ def _attenuation(table: Array, noise: float) -> float:
     return min(1.0, noise**2 / max(float(np.square(rest).mean()), 1e-300))
 
 
-def clock_of(model: Equations | None, data: Dataset) -> Settled:
+def clock_of(step: float, data: Dataset) -> Settled:
     """Stamps of a clock that is too fast or too slow: velocities and rates are one multiple of what they are of.
 
-    Rows that are then nearer than the model's steps are resampled to these.
+    Rows that are then nearer than a step, in s, are resampled to it.
     """
-    scaled = {one.column: one for one in readings(data) if one.scale != 1.0}
-    by = float(np.median([one.scale for one in scaled.values()])) if scaled else 1.0
-    mended = Dataset(replace(log, time=log.time[0] + (log.time - log.time[0]) / by) for log in data)
-    kinds = {one.of for one in scaled.values()}
-    if not kinds >= {POSITION.name, ATTITUDE.name} or any(one.scale != 1.0 for one in readings(mended)):
+    scaled = [one for one in readings(data) if one.scale != 1.0]
+    if not {one.of for one in scaled} >= {POSITION.name, ATTITUDE.name}:
         return (), data
-    said = f"the clock: {', '.join(scaled)} are all {by:.3g} times what the logs change by in the time of their stamps"
+    by, names = float(np.median([one.scale for one in scaled])), ", ".join(one.column for one in scaled)
+    mended = Dataset(replace(log, time=log.time[0] + (log.time - log.time[0]) / by) for log in data)
+    if any(one.scale != 1.0 for one in readings(mended)):
+        return (), data
+    said = f"the clock: {names} are all {by:.3g} times what the logs change by in the time of their stamps"
     fix = f"multiply the stamps by {1 / by:.4g}, or give the rows a second as `rate` under [time] of a specification"
-    dt = mended.dt if model is None else max(model.dt, mended.dt)
-    return [Fault("", said, fix)], Dataset(resampled(log, dt) for log in mended)
+    return [Fault("", said, fix)], Dataset(resampled(log, max(step, mended.dt)) for log in mended)
 
 
 def sensors_of(data: Dataset) -> Settled:

@@ -57,6 +57,7 @@ class Body:
         column: that an effect is bound to, or "".
         dt: control period in s.
         notes: of the equations that describe it.
+        parameters: their named parameters, by name.
     """
 
     layouts: Layouts
@@ -65,12 +66,14 @@ class Body:
     column: str = ""
     dt: float = 0.02
     notes: tuple[str, ...] = ()
+    parameters: Mapping[str, float] = field(default_factory=dict)
 
     @classmethod
     def of(cls, described: Describable, column: str = "") -> Body:
         """The body that equations or a robot describe."""
         quantities, notes = (tuple(getattr(described, name, ())) for name in ("quantities", "notes"))
-        return cls(described.layouts, described.numbers, quantities, column, described.dt, notes)
+        parameters = getattr(described, "parameters", {})
+        return cls(described.layouts, described.numbers, quantities, column, described.dt, notes, parameters)
 
     @property
     def names(self) -> tuple[str, ...]:

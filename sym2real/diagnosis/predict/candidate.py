@@ -65,7 +65,7 @@ def library_for(
     equations = with_inputs_of(equations, data)
     # A force that the logs know is not the base's to leave out.
     equations = equations if any(map(pushed, data)) else _with_forces(equations)
-    return _library(equations, tuple(dict.fromkeys((*competing(equations, data, exclude)[0], *include))))
+    return library_of(equations, tuple(dict.fromkeys((*competing(equations, data, exclude)[0], *include))))
 
 
 def with_inputs_of(equations: Equations, data: Dataset) -> Equations:
@@ -81,8 +81,8 @@ _with_voltage = lru_cache(maxsize=4)(with_voltage)  # the same equations again, 
 
 
 @lru_cache(maxsize=8)
-def _library(equations: Equations, keys: tuple[str, ...]) -> Library:
-    """Kept, because composing and compiling takes longer than a search in which many logs are diagnosed."""
+def library_of(equations: Equations, keys: tuple[str, ...]) -> Library:
+    """The equations with these effects; kept, because composing and compiling takes longer than a search."""
     return Library.of(equations, [effect(key, equations) for key in keys])
 
 

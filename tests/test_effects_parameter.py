@@ -91,3 +91,13 @@ def test_constants_that_calibration_lifts_do_not_compete() -> None:
     library = library_for(boat(), data)
     lifted = library_of(lift_constants(library.base), tuple(dict.fromkeys(map(library.key, library.effects))))
     assert list(lifted.effects) == list(library.effects)
+
+
+def test_forces_push_the_mass_that_is_there() -> None:
+    """A force in N moves a boat of twice the mass half as far, whichever of both is said first."""
+    still, nothing = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]), np.zeros(2)
+    wind, twice = ("wind", {"fx": 5.0}), ("parameter:mass", {"factor": 2.0})
+    pushed = add(boat(), [wind]).predict(still, nothing)[4]
+    assert pushed == pytest.approx(boat().dt * 5.0 / BOAT["mass"])
+    for model in (add(boat(), [wind, twice]), add(boat(), [twice, wind]), add(add(boat(), [wind]), [twice])):
+        assert model.predict(still, nothing)[4] == pytest.approx(pushed / 2)

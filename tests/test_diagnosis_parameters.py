@@ -76,6 +76,12 @@ def test_a_parameter_is_found_beside_effects_of_the_catalogue() -> None:
     assert ratios(late) == pytest.approx({"parameter:cart_mass": 1.25, "delay": 0.04}, rel=0.05)
 
 
+def test_what_is_likely_of_a_command_goes_by_how_far_it_goes() -> None:
+    """Nobody said in which unit: an offset of 2 N beside 24 N was beyond what is likely of a command from -1 to 1."""
+    logs = Dataset(replace(log, action=log.action - 2.0) for log in swung(15))
+    assert ratios(diagnose(crane(), logs, exclude=["parameter:*"])) == pytest.approx({"offset:drive": 2.0}, rel=0.03)
+
+
 def test_parameters_that_no_log_parts_are_one_group() -> None:
     """A mass that is too small, rotors that are too strong, and the catalogue's gain of the thrust."""
     left_out = (*(key for key in LEFT_OUT if key != "gain:*"), "gain:w*")

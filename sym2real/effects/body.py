@@ -51,7 +51,7 @@ class Body:
             ``centre`` (of mass, ahead of the rear axle), ``wheel_drive`` (N s/m); joint J: ``J_inertia`` (what
             a force along it moves, kg or kg m²), ``J_alone`` (the same while no other joint is held: the least),
             ``J_braking`` (its damping and its servos', N s/m or N m s), ``J_strength`` (what its actuators can push,
-            N or N m); action A of an MJCF: ``A_range``, in its unit;
+            N or N m); action A of an MJCF, or as it goes in logs: ``A_range``, in its unit;
             rate A of a wheel that rolls: ``A_per_speed`` (rad/m), ``A_per_turn`` (rad per rad of heading).
         quantities: names that equations derive (thrust of four motors).
         column: that an effect is bound to, or "".

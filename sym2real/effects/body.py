@@ -51,12 +51,13 @@ class Body:
             ``centre`` (of mass, ahead of the rear axle), ``wheel_drive`` (N s/m); joint J: ``J_inertia`` (what
             a force along it moves, kg or kg m²), ``J_alone`` (the same while no other joint is held: the least),
             ``J_braking`` (its damping and its servos', N s/m or N m s), ``J_strength`` (what its actuators can push,
-            N or N m); action A of an MJCF: ``A_range``, in its unit;
+            N or N m); action A of an MJCF, or as it goes in logs: ``A_range``, in its unit;
             rate A of a wheel that rolls: ``A_per_speed`` (rad/m), ``A_per_turn`` (rad per rad of heading).
         quantities: names that equations derive (thrust of four motors).
         column: that an effect is bound to, or "".
         dt: control period in s.
         notes: of the equations that describe it.
+        parameters: their named parameters, by name.
     """
 
     layouts: Layouts
@@ -65,12 +66,14 @@ class Body:
     column: str = ""
     dt: float = 0.02
     notes: tuple[str, ...] = ()
+    parameters: Mapping[str, float] = field(default_factory=dict)
 
     @classmethod
     def of(cls, described: Describable, column: str = "") -> Body:
         """The body that equations or a robot describe."""
         quantities, notes = (tuple(getattr(described, name, ())) for name in ("quantities", "notes"))
-        return cls(described.layouts, described.numbers, quantities, column, described.dt, notes)
+        parameters = getattr(described, "parameters", {})
+        return cls(described.layouts, described.numbers, quantities, column, described.dt, notes, parameters)
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -78,6 +78,11 @@ class Effect:
         """What to change on the robot or in the model."""
         return self.of.fix
 
+    @property
+    def given(self) -> float | None:
+        """What the equations hold of the parameter that it is bound to; None of an effect of anything else."""
+        return self.body.parameters.get(self.column)
+
     @cached_property
     def memory(self) -> Memory:
         """The recursion of an effect with memory.

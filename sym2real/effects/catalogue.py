@@ -99,7 +99,7 @@ def applicable(equations: Equations) -> tuple[Effect, ...]:
 
 def always_alike(key: str, equations: Equations) -> tuple[str, ...]:
     """Effects of these equations that an effect stands for on every flight."""
-    return tuple(effect.key for effect in applicable(equations) if effect.stood_for_by == key)
+    return tuple(effect.key for effect in known(equations) if effect.stood_for_by == key and effect.applies(equations))
 
 
 def require_patterns(patterns: Iterable[str]) -> None:
@@ -124,6 +124,8 @@ def columns_of(kind: Kind, described: Describable) -> tuple[str, ...]:
         return (*described.layouts.action, *derived)
     if kind.columns == "joint":
         return Body.of(described).joints
+    if kind.columns == "parameter":
+        return tuple(Body.of(described).parameters)
     if kind.columns == "site":
         quantities = getattr(described, "quantities", ())
         prefix = load_quantity("")

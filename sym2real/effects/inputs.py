@@ -7,8 +7,9 @@ import numpy as np
 from sym2real.dataset import Dataset
 from sym2real.effects.voltage import VOLTAGE, settled
 from sym2real.layout import Layout
+from sym2real.symbolic import Equations
 from sym2real.trajectory import Array, Trajectory
-from sym2real.vocabulary import CLOCK, FORCE, is_push
+from sym2real.vocabulary import CLOCK, FORCE, VOCABULARY, is_push
 
 (TIME,) = CLOCK.columns
 # Of a force that swings, in the middle of the step after a row, rad; what swings in no log has it at zero.
@@ -28,6 +29,17 @@ def with_inputs(inputs: Layout, logs: Dataset) -> Dataset:
         return logs
     layouts = replace(logs.layouts, inputs=inputs)
     return Dataset(replace(log, inputs=inputs_along(inputs, log), layouts=layouts) for log in logs)
+
+
+def ranges_in(equations: Equations, logs: Dataset) -> tuple[tuple[str, float], ...]:
+    """How far commands go in logs that a model's author named, in whatever unit, each with the name of its number.
+
+    Effects on a command are as large as that lets expect. Without those whose range is known, and that never change.
+    """
+    named = [name for name in equations.layouts.action if not any(name in field.columns for _, field in VOCABULARY)]
+    rows = {name: np.concatenate([log.column(name) for log in logs]) for name in named}
+    spans = {f"{name}_range": float(np.ptp(values)) for name, values in rows.items()}
+    return tuple((name, span) for name, span in spans.items() if span > 0.0 and name not in equations.numbers)
 
 
 def pushed(log: Trajectory) -> bool:

@@ -83,7 +83,7 @@ class Kind:
         needs: names that must exist as columns or quantities; ``{column}`` in one stands for the bound column.
         numbers: the robot's numbers that it cannot do without, likewise.
         robot: the robots that have it.
-        columns: group whose columns it binds to, the joints, or the sites of loads; "" for none.
+        columns: group whose columns it binds to, the joints, the sites of loads, or parameters; "" for none.
         column_needed: false where no column means all of them.
         parts: for effects that are two others: their kinds and values.
         hidden: hidden states that it brings; equations that have one of them have the effect already.
@@ -112,8 +112,8 @@ class Kind:
     memory: Callable[[Body], Memory] | None = None
     needs: tuple[str, ...] = ()
     numbers: tuple[str, ...] = ()
-    robot: Literal["quadrotor", "car", "both", "robot with joints"] = "both"
-    columns: Literal["", "action", "state", "joint", "site"] = ""
+    robot: Literal["quadrotor", "car", "both", "robot with joints", "model with named parameters"] = "both"
+    columns: Literal["", "action", "state", "joint", "site", "parameter"] = ""
     column_needed: bool = True
     parts: Callable[[Values, Body], tuple[tuple[Kind, Values], ...]] | None = None
     hidden: tuple[str, ...] = ()
@@ -134,4 +134,6 @@ class Kind:
             return body.moves != "joints" or bool(self.columns)
         if self.robot == "robot with joints":
             return bool(body.joints)
+        if self.robot == "model with named parameters":
+            return bool(body.parameters)
         return self.robot == {"space": "quadrotor", "plane": "car"}.get(body.moves)

@@ -18,7 +18,8 @@ SENSORS = (
     *("mounting_tilt", "yaw_bias", "lever_arm", "sensor_sign"),
     *("sensor_bias", "sensor_scale", "sensor_lag", "time_shift"),
 )
+OWN = ("parameter",)
 
 # In the order of the catalogue.
-_ALL = (*COMMANDS, *THRUST, *TURNING, *ROTORS, *TYRES, *DRIVING, *JOINTS, *FORCES, *SENSORS)
+_ALL = (*COMMANDS, *THRUST, *TURNING, *ROTORS, *TYRES, *DRIVING, *JOINTS, *FORCES, *SENSORS, *OWN)
 EFFECTS: Registry[Kind] = Registry("effect", {}, {name: f"sym2real.effects.{name}:{name.upper()}" for name in _ALL})

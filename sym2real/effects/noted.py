@@ -2,11 +2,12 @@
 
 from collections.abc import Mapping
 
-from sym2real.effects.body import Describable
+from sym2real.effects.body import Body, Describable
 from sym2real.effects.bound import Effect
 from sym2real.effects.catalogue import effect
 from sym2real.effects.compose import FILTER_ORDER
-from sym2real.effects.kind import with_unit
+from sym2real.effects.kind import Parameter, with_unit
+from sym2real.effects.kinds import EFFECTS
 from sym2real.effects.voltage import VOLTAGE
 from sym2real.errors import ModelError
 from sym2real.protocols import Change
@@ -23,12 +24,18 @@ def noted(equations: Equations) -> tuple[str, ...]:
     notes = []
     for key, values in equations.effects:
         if not key.startswith(TERM):
-            known = [parameter for parameter in effect(key, equations).parameters if parameter.name in values]
+            known = [parameter for parameter in _parameters(key, equations) if parameter.name in values]
             numbers = (
                 f"{parameter.name}={with_unit(values[parameter.name], parameter.unit, 4)}" for parameter in known
             )
             notes.append(f"{key} {', '.join(numbers)}")
     return tuple(notes)
+
+
+def _parameters(key: str, equations: Equations) -> tuple[Parameter, ...]:
+    """Numbers of an effect; a parameter that was scaled may have become a number of the equations since."""
+    kind, _, column = key.partition(":")
+    return Effect(EFFECTS[kind], Body.of(equations, column)).parameters
 
 
 def as_simulated(equations: Equations) -> Known:
@@ -65,5 +72,7 @@ def _require_counterparts(equations: Equations) -> None:
     for key in keys:
         if key.startswith(TERM):
             raise ModelError(f"a term of one's own has no counterpart there ({key.removeprefix(TERM)})")
+        if EFFECTS[key.partition(":")[0]].columns == "parameter":
+            raise ModelError(f"a parameter of one's own equations has no counterpart there ({key.partition(':')[2]})")
     if VOLTAGE in equations.layouts.inputs and "battery_sag" in keys:
         raise ModelError("its battery has no voltage that the thrust could sag with")

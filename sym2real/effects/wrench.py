@@ -91,7 +91,7 @@ def _accelerated(equations: Equations, body: Body, axis: str, value: Expr) -> Eq
     velocity = f"v{axis}"
     if velocity not in equations.next:
         raise ModelError(f"the equations have neither the input f{axis} nor the state {velocity}: a force has no place")
-    change = equations.dt * value / body.mass
+    change = equations.dt * value / _number(equations, body, "mass")
     steps = {velocity: change, axis: Rational(1, 2) * equations.dt * change}
     moved = {column: equations.next[column] + step for column, step in steps.items() if column in equations.next}
     return replace(equations, next={**equations.next, **moved})
@@ -102,12 +102,17 @@ def _torque(equations: Equations, body: Body, axis: str, value: Expr) -> tuple[E
     if uses(equations, name):
         return equations, {name: symbol(name) + value}
     if uses(equations, command):
-        gain = body.number(f"j{axis}") * body.number(f"k{axis}")
+        gain = _number(equations, body, f"j{axis}") * body.number(f"k{axis}")
         return _approximate(equations, name), {command: symbol(command) + value / gain}
     if rate not in equations.next:
         raise ModelError(f"the equations have neither {name} nor {command} nor {rate}: a torque has no place")
-    moved = {rate: equations.next[rate] + equations.dt * value / body.number(f"j{axis}")}
+    moved = {rate: equations.next[rate] + equations.dt * value / _number(equations, body, f"j{axis}")}
     return _approximate(replace(equations, next={**equations.next, **moved}), name), {}
+
+
+def _number(equations: Equations, body: Body, name: str) -> Expr | float:
+    """A number of the robot; of equations with a parameter of that name the parameter, so that another value counts."""
+    return symbol(name) if name in equations.parameters else body.number(name)
 
 
 def _approximate(equations: Equations, name: str) -> Equations:

@@ -14,7 +14,7 @@ from sym2real.diagnosis.estimate.simulator import SWITCHED_OFF, flown_along, wit
 from sym2real.diagnosis.estimate.swing import Swing, find_swing
 from sym2real.diagnosis.estimate.whitening import Spread, Whitening, estimate, free_start
 from sym2real.diagnosis.faults.sanity import Checked, Examined, Question
-from sym2real.diagnosis.predict.candidate import Candidate, candidates, library_for, swings, with_inputs_of
+from sym2real.diagnosis.predict.candidate import Candidate, candidates, library_for, library_of, swings, with_inputs_of
 from sym2real.diagnosis.predict.competitors import NotTried, competing
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
@@ -118,7 +118,7 @@ def refine_base(examined: Examined) -> Refined:
     library = library_for(model, checked.data, question.exclude, question.include)
     base, searched = library.base if flown is None else refined(library, flown, checked.data), library
     if base is not library.base:
-        form = library_for(lifted(library.base), checked.data, question.exclude, question.include)
+        form = library_of(lifted(library.base), tuple(dict.fromkeys(map(library.key, library.effects))))
         searched = form.at(**base.parameters)
     return Refined(examined, model, library, searched, plant, flown, notes)
 

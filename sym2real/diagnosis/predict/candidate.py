@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import fnmatch
 from collections.abc import Collection, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 from torch import Tensor
@@ -15,7 +15,7 @@ from sym2real.diagnosis.predict.library import Library
 from sym2real.effects import applicable, effect
 from sym2real.effects.catalogue import require_patterns
 from sym2real.effects.groups import Group, holding, others_of
-from sym2real.effects.inputs import ANGLE, pushed
+from sym2real.effects.inputs import ANGLE, pushed, ranges_in
 from sym2real.effects.voltage import voltage_at_start, with_voltage
 from sym2real.effects.wrench import with_force_inputs
 from sym2real.symbolic import Equations
@@ -65,15 +65,21 @@ def library_for(
     equations = with_inputs_of(equations, data)
     # A force that the logs know is not the base's to leave out.
     equations = equations if any(map(pushed, data)) else _with_forces(equations)
-    return _library(equations, tuple(dict.fromkeys((*competing(equations, data, exclude)[0], *include))))
+    return library_of(equations, tuple(dict.fromkeys((*competing(equations, data, exclude)[0], *include))))
 
 
 def with_inputs_of(equations: Equations, data: Dataset) -> Equations:
-    """The equations with the battery's voltage as an input where the logs have it, so that thrust may sag with it."""
+    """The equations with the ranges of the logs' commands, and the battery's voltage as an input where logs have it."""
+    equations = _with_numbers(equations, ranges_in(equations, data))
     reference = voltage_at_start(data)
     if reference is None or THRUST_COLUMN not in (*equations.layouts.action, *equations.quantities):
         return equations
     return _with_voltage(equations, reference)
+
+
+@lru_cache(maxsize=8)
+def _with_numbers(equations: Equations, numbers: tuple[tuple[str, float], ...]) -> Equations:
+    return replace(equations, numbers={**equations.numbers, **dict(numbers)}) if numbers else equations
 
 
 _with_forces = lru_cache(maxsize=4)(with_force_inputs)
@@ -81,8 +87,8 @@ _with_voltage = lru_cache(maxsize=4)(with_voltage)  # the same equations again, 
 
 
 @lru_cache(maxsize=8)
-def _library(equations: Equations, keys: tuple[str, ...]) -> Library:
-    """Kept, because composing and compiling takes longer than a search in which many logs are diagnosed."""
+def library_of(equations: Equations, keys: tuple[str, ...]) -> Library:
+    """The equations with these effects; kept, because composing and compiling takes longer than a search."""
     return Library.of(equations, [effect(key, equations) for key in keys])
 
 

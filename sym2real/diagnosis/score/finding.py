@@ -100,22 +100,31 @@ def findings(
     findings = []
     for (candidate, _), share in zip(ordered, shares, strict=True):
         of, key = library.effects[candidate.name], candidate.name
-        group = tuple(dict.fromkeys((key, *groups.get(key, ()))))
+        group, values = tuple(dict.fromkeys((key, *groups.get(key, ())))), estimates(selection, candidate, fit, near)
         findings.append(
             Finding(
                 effect=key,
-                parameters=estimates(selection, candidate, fit, near),
+                parameters=values,
                 share=share,
                 group=group,
                 separate_by=of.shown_by if len(group) > 1 else "",
                 provisional=provisional,
-                fix=of.fix,
+                fix=_fix(of, values),
                 log_spread=spread_over_logs(selection, candidate, fit),
                 voltage=_voltage(of),
                 probability=probabilities.get(key),
             )
         )
     return findings
+
+
+def _fix(of: Effect, values: Mapping[str, Estimate]) -> str:
+    """What to change; of a parameter of the equations with what was given and what the logs say in its place."""
+    if of.given is None:
+        return of.fix
+    (factor,) = values.values()
+    found, *ends = (of.given * part for part in (factor.value, factor.low, factor.high))
+    return f"{of.column} = {found:.4g} (95 % {min(ends):.4g} … {max(ends):.4g}) in place of {of.given:g}; {of.fix}"
 
 
 def shares_of(losses: Sequence[float], freedom: float) -> list[float]:

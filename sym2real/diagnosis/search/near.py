@@ -106,8 +106,8 @@ def _place(selection: Selection, candidate: Candidate, joined: Mapping[str, floa
 
 def groups_of(near: Near) -> dict[str, tuple[str, ...]]:
     """Per chosen effect, the rivals that explain the data as well, and those that always do."""
-    selection = near.selection
-    equations, chosen = selection.problems.problem.library.equations, {candidate.name for candidate in selection.chosen}
+    selection, library = near.selection, near.selection.problems.problem.library
+    equations, chosen = library.equations, {candidate.name for candidate in selection.chosen}
     groups = {}
     for place in near.places:
         candidate = place.candidate
@@ -116,6 +116,8 @@ def groups_of(near: Near) -> dict[str, tuple[str, ...]]:
             name = scored.candidate.name
             if name not in chosen and as_good(near, place.held_out, scored.held_out):
                 members += [name, *always_alike(name, equations)]
+        # What the equations name themselves is what a user can look up.
+        members.sort(key=lambda name: name not in library.effects or library.effects[name].given is None)
         groups[candidate.name] = tuple(dict.fromkeys(member for member in members if member != candidate.name))
     return groups
 

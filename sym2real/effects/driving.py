@@ -22,6 +22,7 @@ or more.
 ``yaw_drag``. A torque against turning: τ_z = -c·J·ω_z, J the yaw inertia about the rear axle.
 """
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -37,13 +38,15 @@ from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.dry_friction import USUAL_DECELERATION
 from sym2real.vocabulary import DRILLING, TURNING_INERTIA, rate_per_speed, wheel_lever
 
+_of_wheels = partial(Kind, robot="car")
+
 
 def _rolling_resistance_brake(data: Any, body: Body, values: Numbers) -> None:
     ahead = truth.rotation(data)[:, 0]
     truth.add_force(data, -values["value"] * body.mass * np.sign(ahead @ truth.velocity(data)) * ahead)
 
 
-ROLLING_RESISTANCE = Kind(
+ROLLING_RESISTANCE = _of_wheels(
     name="rolling_resistance",
     stage="wrench",
     parameters=of_any_body(Parameter("value", "m/s²", null=0.0, low=0.0, high=5.0, scale=0.5)),
@@ -59,7 +62,6 @@ ROLLING_RESISTANCE = Kind(
     ),
     needs=FORWARD,
     numbers=("mass",),
-    robot="car",
     searching=Searching(shown_in=lambda _: (Shown.SPEEDS,)),
 )
 
@@ -73,7 +75,7 @@ def _turning_friction_brake(data: Any, _body: Body, values: Numbers) -> None:
     truth.add_torque(data, np.array([0.0, 0.0, -values["value"] * np.sign(truth.rates(data)[2])]))
 
 
-TURNING_FRICTION = Kind(
+TURNING_FRICTION = _of_wheels(
     name="turning_friction",
     stage="wrench",
     parameters=_parameters,
@@ -86,7 +88,6 @@ TURNING_FRICTION = Kind(
     substitute=lambda equations, values, _body: raised(equations, DRILLING, values["value"]),
     needs=(DRILLING,),
     numbers=(TURNING_INERTIA,),
-    robot="car",
     searching=Searching(shown_in=lambda _: (Shown.BOTH_WAYS,)),
 )
 
@@ -111,7 +112,7 @@ def _resize(spec: Any, body: Body, values: Numbers) -> None:
             geom.size = [radius, *(geom.size[1:] if int(geom.type) in LONG else others)]
 
 
-WHEEL_RADIUS = Kind(
+WHEEL_RADIUS = _of_wheels(
     name="wheel_radius",
     stage="loop",
     parameters=of_any_body(Parameter("value", "1", null=1.0, low=0.5, high=2.0, scale=0.05, domain=POSITIVE)),
@@ -125,7 +126,6 @@ WHEEL_RADIUS = Kind(
         equations, map(rate_per_speed, wheels_of(body)), 1 / values["value"]
     ),
     needs=(DRILLING,),
-    robot="car",
     columns="joint",
     column_needed=False,
     searching=Searching(shown_in=lambda _: (Shown.SPEEDS,)),
@@ -144,7 +144,7 @@ def _widen(spec: Any, body: Body, values: Numbers) -> None:
         wheel.pos = wheel.pos + (values["value"] - 1.0) * y * axes[1]
 
 
-TRACK_WIDTH = Kind(
+TRACK_WIDTH = _of_wheels(
     name="track_width",
     stage="loop",
     parameters=of_any_body(Parameter("value", "1", null=1.0, low=0.5, high=2.0, scale=0.05, domain=POSITIVE)),
@@ -156,7 +156,6 @@ TRACK_WIDTH = Kind(
     inject=truth.editing(_widen),
     substitute=lambda equations, values, body: multiplied(equations, map(wheel_lever, body.joints), values["value"]),
     needs=(DRILLING,),
-    robot="car",
     searching=Searching(shown_in=lambda _: (Shown.BOTH_WAYS,)),
 )
 
@@ -167,7 +166,7 @@ def _tilt(spec: Any, body: Body, values: Numbers) -> None:
     spec.option.gravity = [*tilted, -np.sqrt(GRAVITY**2 - tilted @ tilted)]
 
 
-SLOPE = Kind(
+SLOPE = _of_wheels(
     name="slope",
     stage="wrench",
     parameters=of_any_body(
@@ -185,7 +184,6 @@ SLOPE = Kind(
     ),
     needs=("vx", "vy"),
     numbers=("mass",),
-    robot="car",
     searching=Searching(stood_for_by=lambda _: "wind"),
 )
 
@@ -203,7 +201,7 @@ def _stretch(spec: Any, body: Body, values: Numbers) -> None:
             wheel.pos = [values["value"] * wheel.pos[0], *list(wheel.pos)[1:]]
 
 
-WHEELBASE = Kind(
+WHEELBASE = _of_wheels(
     name="wheelbase",
     stage="thrust",
     parameters=of_any_body(Parameter("value", "1", null=1.0, low=0.5, high=2.0, scale=0.1, domain=POSITIVE)),
@@ -215,7 +213,6 @@ WHEELBASE = Kind(
     inject=truth.editing(_stretch),
     substitute=_wheelbase_substitute,
     needs=("steer",),
-    robot="car",
     searching=Searching(stood_for_by=lambda _: "gain:steer", varying=("steer",), shown_in=lambda _: (Shown.BOTH_WAYS,)),
 )
 
@@ -232,7 +229,7 @@ def _yaw_drag_brake(data: Any, body: Body, values: Numbers) -> None:
     truth.add_torque(data, np.array([0.0, 0.0, -values["value"] * _inertia(body) * truth.rates(data)[2]]))
 
 
-YAW_DRAG = Kind(
+YAW_DRAG = _of_wheels(
     name="yaw_drag",
     stage="wrench",
     parameters=of_any_body(Parameter("value", "1/s", null=0.0, low=0.0, high=50.0, scale=4.0)),
@@ -245,6 +242,5 @@ YAW_DRAG = Kind(
     substitute=_yaw_drag_substitute,
     needs=("steer", "wz", *FORWARD),
     numbers=("mass", "wheelbase", "jz", "centre"),
-    robot="car",
     searching=Searching(shown_in=lambda _: (Shown.HARD,)),
 )

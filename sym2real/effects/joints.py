@@ -13,6 +13,7 @@
 ``load``. A point mass hangs at a site of the robot (a tool, a gripped part).
 """
 
+from functools import partial
 from math import inf
 from typing import Any
 
@@ -37,6 +38,8 @@ from sym2real.vocabulary import (
     load_quantity,
     rate_column,
 )
+
+_of_joint = partial(Kind, robot="robot with joints", columns="joint")
 
 # Decay of a rate in one period: an Euler step swings up beyond 2, a Runge–Kutta step beyond 2.8, of which the
 # description may take a half (``robots/runge_kutta.py``).
@@ -63,7 +66,7 @@ def _joint_damping_brake(spec: Any, body: Body, values: Numbers) -> None:
     joint.damping[0] += values["value"]  # of a polynomial in the rate
 
 
-JOINT_DAMPING = Kind(
+JOINT_DAMPING = _of_joint(
     name="joint_damping",
     stage="wrench",
     parameters=_joint_damping_parameters,
@@ -76,8 +79,6 @@ JOINT_DAMPING = Kind(
     substitute=_joint_damping_substitute,
     needs=(rate_column("{column}"),),
     numbers=(INERTIA,),
-    robot="robot with joints",
-    columns="joint",
 )
 
 
@@ -111,7 +112,7 @@ def _joint_friction_brake(spec: Any, body: Body, values: Numbers) -> None:
     joint.frictionloss = joint.frictionloss + values["value"]
 
 
-JOINT_FRICTION = Kind(
+JOINT_FRICTION = _of_joint(
     name="joint_friction",
     stage="wrench",
     parameters=_joint_friction_parameters,
@@ -124,8 +125,6 @@ JOINT_FRICTION = Kind(
     substitute=_joint_friction_substitute,
     needs=(rate_column("{column}"),),
     numbers=(INERTIA,),
-    robot="robot with joints",
-    columns="joint",
     searching=Searching(starts=_starts),
 )
 
@@ -155,7 +154,7 @@ def _pull(spec: Any, body: Body, values: Numbers) -> None:
     joint.stiffness[0] = both  # of a polynomial in the deflection
 
 
-JOINT_STIFFNESS = Kind(
+JOINT_STIFFNESS = _of_joint(
     name="joint_stiffness",
     stage="wrench",
     parameters=_joint_stiffness_parameters,
@@ -168,8 +167,6 @@ JOINT_STIFFNESS = Kind(
     substitute=_joint_stiffness_substitute,
     needs=("{column}", rate_column("{column}")),
     numbers=(INERTIA,),
-    robot="robot with joints",
-    columns="joint",
 )
 
 
@@ -190,7 +187,7 @@ def _more(spec: Any, body: Body, values: Numbers) -> None:
     spec.joint(body.column).armature += values["value"]
 
 
-ARMATURE = Kind(
+ARMATURE = _of_joint(
     name="armature",
     stage="mass",
     parameters=_armature_parameters,
@@ -202,8 +199,6 @@ ARMATURE = Kind(
     inject=truth.editing(_more),
     substitute=lambda equations, values, body: raised(equations, armature_quantity(body.column), values["value"]),
     needs=(armature_quantity("{column}"),),
-    robot="robot with joints",
-    columns="joint",
 )
 
 

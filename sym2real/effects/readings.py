@@ -12,6 +12,8 @@
 refused.
 """
 
+from functools import partial
+
 import numpy as np
 
 from sym2real.effects import truth
@@ -26,6 +28,8 @@ from sym2real.symbolic import Equations
 from sym2real.trajectory import Array
 from sym2real.vocabulary import JOINT_ANGLE, JOINT_DISPLACEMENT
 
+_of_column = partial(Kind, stage="measurement", columns="state")
+
 
 def _sensor_bias_parameters(body: Body) -> tuple[Parameter, ...]:
     return (Parameter("value", body.unit, null=0.0, low=-20 * body.scale, high=20 * body.scale, scale=body.scale),)
@@ -36,9 +40,8 @@ def _report(state: Array, body: Body, values: Numbers) -> Array:
     return state
 
 
-SENSOR_BIAS = Kind(
+SENSOR_BIAS = _of_column(
     name="sensor_bias",
-    stage="measurement",
     parameters=_sensor_bias_parameters,
     formula=r"y_m = y + b",
     summary="A sensor adds a constant.",
@@ -49,7 +52,6 @@ SENSOR_BIAS = Kind(
     substitute=lambda equations, values, body: reporting(
         equations, {body.column: reported(equations, body.column) + values["value"]}
     ),
-    columns="state",
     searching=Searching(why_not=by_role({JOINT_ANGLE.name: "", JOINT_DISPLACEMENT.name: ""}, SETTLED)),
 )
 
@@ -66,9 +68,8 @@ def multiplying(state: Array, body: Body, values: Numbers) -> Array:
     return state
 
 
-SENSOR_SCALE = Kind(
+SENSOR_SCALE = _of_column(
     name="sensor_scale",
-    stage="measurement",
     parameters=of_any_body(Parameter("value", "1", null=1.0, low=0.01, high=100.0, scale=0.1)),
     formula=r"y_m = k\,y",
     summary="A sensor reports what it measures times a factor.",
@@ -77,14 +78,12 @@ SENSOR_SCALE = Kind(
     fix="calibrate the sensor",
     inject=multiplying,
     substitute=multiplied,
-    columns="state",
     searching=Searching(why_not=lambda _: SETTLED),
 )
 
 
-SENSOR_SIGN = Kind(
+SENSOR_SIGN = _of_column(
     name="sensor_sign",
-    stage="measurement",
     parameters=of_any_body(Parameter("value", "1", null=1.0, low=-1.0, high=1.0, scale=2.0, fitted=False)),
     formula=r"y_m = -y",
     summary="A sensor's axis points the other way.",
@@ -93,7 +92,6 @@ SENSOR_SIGN = Kind(
     fix="turn the sign in the log's specification, or the axis in the driver",
     inject=multiplying,
     substitute=multiplied,
-    columns="state",
     searching=Searching(why_not=lambda _: SETTLED),
 )
 
@@ -130,9 +128,8 @@ def _sensor_lag_inject(body: Body, values: Numbers) -> Change:
     return Change("", measure=begin)
 
 
-SENSOR_LAG = Kind(
+SENSOR_LAG = _of_column(
     name="sensor_lag",
-    stage="measurement",
     parameters=_sensor_lag_parameters,
     formula=r"\tau \dot y_m = y - y_m",
     summary="A sensor or estimator smooths what it reports.",
@@ -141,7 +138,6 @@ SENSOR_LAG = Kind(
     fix="lower the filter's time constant in the driver or estimator, or log the raw signal",
     inject=_sensor_lag_inject,
     memory=lambda body: sampled_lag(),
-    columns="state",
     searching=Searching(why_not=lambda _: "not searched for: the checks of the data see it as a time shift"),
 )
 
@@ -168,9 +164,8 @@ def _time_shift_inject(body: Body, values: Numbers) -> Change:
     return Change("", measure=begin)
 
 
-TIME_SHIFT = Kind(
+TIME_SHIFT = _of_column(
     name="time_shift",
-    stage="measurement",
     parameters=lambda body: (Parameter("value", "s", null=0.0, low=-0.2, high=0.5, scale=body.dt, domain=SHIFT_TIME),),
     formula=r"y_m(t) = y(t - d)",
     summary="A channel's time stamps are late or early.",
@@ -179,6 +174,5 @@ TIME_SHIFT = Kind(
     fix="stamp at the sensor, or move the column by this time before the log is read",
     inject=_time_shift_inject,
     memory=lambda body: shift(),
-    columns="state",
     searching=Searching(why_not=lambda _: SETTLED),
 )

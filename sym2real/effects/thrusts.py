@@ -21,6 +21,7 @@ V₀ is where the thrust map holds: the number ``full_battery`` of the equations
 ``ground_effect``. More thrust near the ground: T (1 + g e^(-z/0.07 m)).
 """
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -39,6 +40,8 @@ from sym2real.errors import ModelError
 from sym2real.layout import motors_of
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
+
+_of_rotorcraft = partial(Kind, robot="quadrotor")
 
 
 def _added_mass_parameters(body: Body) -> tuple[Parameter, ...]:
@@ -62,7 +65,7 @@ def _carried(equations: Equations) -> float:
     return sum(values.get(names[key], 0.0) for key, values in equations.effects if key in names)
 
 
-ADDED_MASS = Kind(
+ADDED_MASS = _of_rotorcraft(
     name="added_mass",
     stage="mass",
     parameters=_added_mass_parameters,
@@ -76,7 +79,6 @@ ADDED_MASS = Kind(
     substitute=_added_mass_substitute,
     needs=("thrust",),
     numbers=("mass",),
-    robot="quadrotor",
     weighed="scales do: weigh the robot",
 )
 
@@ -110,7 +112,7 @@ def _hang(spec: Any, body: Body, values: Numbers) -> None:
     load.inertia = [0.4 * values["mass"] * RADIUS**2] * 3
 
 
-PAYLOAD = Kind(
+PAYLOAD = _of_rotorcraft(
     name="payload",
     stage="mass",
     parameters=_payload_parameters,
@@ -124,7 +126,6 @@ PAYLOAD = Kind(
     parts=_parts,
     needs=("thrust", "wx", "wy"),
     numbers=("mass",),
-    robot="quadrotor",
     counts_as=("added_mass", "com_offset"),
     searching=Searching(why_not=lambda _: "added_mass and com_offset stand for it together"),
 )
@@ -144,7 +145,7 @@ def _bend(command: float, body: Body, values: Numbers) -> float:
     return float(hover * (max(command, 0.0) / hover) ** values["value"])
 
 
-THRUST_CURVE = Kind(
+THRUST_CURVE = _of_rotorcraft(
     name="thrust_curve",
     stage="thrust",
     parameters=of_any_body(Parameter("value", "1", null=1.0, low=0.3, high=3.0, scale=0.2)),
@@ -157,7 +158,6 @@ THRUST_CURVE = Kind(
     substitute=_thrust_curve_substitute,
     needs=("thrust",),
     numbers=("mass",),
-    robot="quadrotor",
     searching=Searching(shown_in=lambda _: (Shown.CLIMBS,)),
 )
 
@@ -185,7 +185,7 @@ def _why_not(body: Body) -> str:
     return "the rotors' speeds are in the logs, and the battery acts through these" if known else ""
 
 
-BATTERY_SAG = Kind(
+BATTERY_SAG = _of_rotorcraft(
     name="battery_sag",
     stage="thrust",
     parameters=_battery_sag_parameters,
@@ -197,7 +197,6 @@ BATTERY_SAG = Kind(
     inject=truth.pushing(lambda data, body, values: truth.scale_thrust(data, 1.0 - values["value"] * data.time)),
     substitute=_battery_sag_substitute,
     needs=("thrust",),
-    robot="quadrotor",
     reads=(VOLTAGE,),
     searching=Searching(why_not=_why_not, shown_in=lambda _: (Shown.TIME,)),
 )
@@ -218,7 +217,7 @@ def _com_offset_substitute(equations: Equations, values: Values, body: Body) -> 
     return push(equations, body, torque=(-values["ry"] * thrust, values["rx"] * thrust))
 
 
-COM_OFFSET = Kind(
+COM_OFFSET = _of_rotorcraft(
     name="com_offset",
     stage="wrench",
     parameters=_com_offset_parameters,
@@ -232,7 +231,6 @@ COM_OFFSET = Kind(
     ),
     substitute=_com_offset_substitute,
     needs=("thrust", "wx", "wy"),
-    robot="quadrotor",
     by_torque=lambda _: True,
 )
 
@@ -287,7 +285,7 @@ def _inject(body: Body, values: Numbers) -> Change:
     return Change("", force=lose)
 
 
-ROTOR_LOSS = Kind(
+ROTOR_LOSS = _of_rotorcraft(
     name="rotor_loss",
     stage="wrench",
     parameters=_rotor_loss_parameters,
@@ -300,7 +298,6 @@ ROTOR_LOSS = Kind(
     substitute=_rotor_loss_substitute,
     needs=("thrust", "wx", "wy", "wz"),
     numbers=("arm", "torque_per_thrust"),
-    robot="quadrotor",
     searching=Searching(choices=lambda body: ("rotor", _choices(body))),
 )
 
@@ -313,7 +310,7 @@ def _lift(data: Any, body: Body, values: Numbers) -> None:
     truth.scale_thrust(data, 1.0 + values["value"] * float(np.exp(-height / 0.07)))
 
 
-GROUND_EFFECT = Kind(
+GROUND_EFFECT = _of_rotorcraft(
     name="ground_effect",
     stage="thrust",
     parameters=of_any_body(Parameter("value", "1", null=0.0, low=0.0, high=2.0, scale=0.2)),
@@ -325,6 +322,5 @@ GROUND_EFFECT = Kind(
     inject=truth.pushing(_lift),
     substitute=lambda equations, values, body: scaled(equations, 1 + values["value"] * exp(-symbol("z") / REACH)),
     needs=("thrust", "z"),
-    robot="quadrotor",
     searching=Searching(shown_in=lambda _: (Shown.LOW,)),
 )

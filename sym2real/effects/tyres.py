@@ -53,6 +53,7 @@ sign. Below zero the car oversteers, and diverges where k = -1, its critical spe
 """
 
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -67,6 +68,8 @@ from sym2real.effects.terms import defined, with_hidden
 from sym2real.effects.wrench import FORWARD, forward_speed, push_turning
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
+
+_of_car = partial(Kind, robot="car")
 
 NUMBERS = "roll_steer"  # of the description: front and rear, rad per m/s²
 
@@ -154,7 +157,7 @@ def _smooth(spec: Any, body: Body, values: Numbers) -> None:
         geom.friction = [min(values["value"], geom.friction[0]), *list(geom.friction)[1:]]
 
 
-TYRE_FRICTION = Kind(
+TYRE_FRICTION = _of_car(
     name="tyre_friction",
     stage="thrust",
     parameters=of_any_body(Parameter("value", "1", null=PLAIN, low=0.05, high=PLAIN, scale=0.3, domain=NOT_NEGATIVE)),
@@ -167,7 +170,6 @@ TYRE_FRICTION = Kind(
     substitute=_tyre_friction_substitute,
     needs=("steer", *FORWARD),
     numbers=("mass", "wheelbase"),
-    robot="car",
     searching=Searching(
         starts=lambda _body, _values: (0.25, 0.4, 0.6),
         from_null=False,
@@ -194,7 +196,7 @@ def _tyre_slip_substitute(equations: Equations, values: Values, body: Body) -> E
     return replace(held, next={**after, **moved})
 
 
-TYRE_SLIP = Kind(
+TYRE_SLIP = _of_car(
     name="tyre_slip",
     stage="loop",
     # Tyres whose stiffness is 10 to 50 times their load have 0.01 to 0.002.
@@ -207,7 +209,6 @@ TYRE_SLIP = Kind(
     inject=lambda body, values: roll_steer(body, front=values["value"], rear=values["value"]),
     substitute=_tyre_slip_substitute,
     needs=("steer", "x", "y", *FORWARD, "wz"),
-    robot="car",
     searching=Searching(shown_in=lambda _: (Shown.SPEEDS,)),
 )
 
@@ -248,7 +249,7 @@ def _inject(body: Body, values: Numbers) -> Change:
     return Change("", edit=edit, force=slowed)
 
 
-RELAXATION_LENGTH = Kind(
+RELAXATION_LENGTH = _of_car(
     name="relaxation_length",
     stage="loop",
     parameters=_parameters,
@@ -261,7 +262,6 @@ RELAXATION_LENGTH = Kind(
     substitute=_relaxation_length_substitute,
     needs=("steer", *FORWARD),
     hidden=(MEMORY,),
-    robot="car",
     searching=Searching(varying=("steer",), shown_in=lambda _: (Shown.SPEEDS,)),
 )
 
@@ -275,7 +275,7 @@ def _understeer_substitute(equations: Equations, values: Values, body: Body) -> 
     return equations.substitute({"steer": steer - growth * slope / Max(1 + growth * (1 + slope**2), LEAST)})
 
 
-UNDERSTEER = Kind(
+UNDERSTEER = _of_car(
     name="understeer",
     stage="thrust",
     # Road cars have 0.002 to 0.01 (1 to 6 degrees per g).
@@ -289,7 +289,6 @@ UNDERSTEER = Kind(
     substitute=_understeer_substitute,
     needs=("steer", *FORWARD),
     numbers=("wheelbase",),
-    robot="car",
     searching=Searching(varying=("steer",), shown_in=lambda _: (Shown.SPEEDS,)),
 )
 
@@ -306,7 +305,7 @@ def _brake(data: Any, body: Body, values: Numbers) -> None:
     truth.add_force(data, -values["value"] * body.mass * along[1] * turned[:, 1])
 
 
-LATERAL_SLIP = Kind(
+LATERAL_SLIP = _of_car(
     name="lateral_slip",
     stage="wrench",
     parameters=of_any_body(Parameter("value", "1/s", null=0.0, low=0.0, high=50.0, scale=5.0)),
@@ -319,6 +318,5 @@ LATERAL_SLIP = Kind(
     substitute=_lateral_slip_substitute,
     needs=("steer", "wz", *FORWARD),
     numbers=("mass", "wheelbase", "centre"),
-    robot="car",
     searching=Searching(shown_in=lambda _: (Shown.HARD,)),
 )

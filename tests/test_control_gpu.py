@@ -49,9 +49,9 @@ SHIM = r"""
 #define __float_as_uint(x) (((union { float f; unsigned int u; }){.f = (x)}).u)
 #define __uint_as_float(x) (((union { float f; unsigned int u; }){.u = (x)}).f)
 #define C_NAME __attribute__((visibility("default")))
-float sqrtf(float), rintf(float), expf(float), logf(float), tanf(float), asinf(float), acosf(float), atanf(float), tanhf(float);
-float sinhf(float), coshf(float), asinhf(float), acoshf(float), atanhf(float), floorf(float), ceilf(float);
-float atan2f(float, float), powf(float, float), fmodf(float, float);
+float sqrtf(float), rintf(float), expf(float), logf(float), tanf(float), asinf(float), acosf(float), atanf(float);
+float tanhf(float), sinhf(float), coshf(float), asinhf(float), acoshf(float), atanhf(float), floorf(float);
+float ceilf(float), atan2f(float, float), powf(float, float), fmodf(float, float);
 struct index {
     unsigned int x;
 };

@@ -277,7 +277,7 @@ class Working:
 @pytest.fixture
 def working(monkeypatch: pytest.MonkeyPatch) -> Working:
     model = Working()
-    for module in ("mppi", "backend"):
+    for module in ("mppi", "timing"):
         monkeypatch.setattr(f"sym2real.control.{module}.time", model)
     return model
 

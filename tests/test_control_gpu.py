@@ -40,6 +40,24 @@ CASES = [
 ]
 SAMPLES, HORIZON = 300, 30
 SIZES = Sizes(SAMPLES, HORIZON)
+# What CUDA has and C has not.
+SHIM = r"""
+#define __device__
+#define __global__
+#define __forceinline__ inline
+#define __noinline__ __attribute__((noinline))
+#define __float_as_uint(x) (((union { float f; unsigned int u; }){.f = (x)}).u)
+#define __uint_as_float(x) (((union { float f; unsigned int u; }){.u = (x)}).f)
+#define C_NAME __attribute__((visibility("default")))
+float sqrtf(float), rintf(float), expf(float), logf(float), tanf(float), asinf(float), acosf(float), atanf(float);
+float tanhf(float), sinhf(float), coshf(float), asinhf(float), acoshf(float), atanhf(float), floorf(float);
+float ceilf(float), atan2f(float, float), powf(float, float), fmodf(float, float);
+struct index {
+    unsigned int x;
+};
+static struct index blockIdx, blockDim, threadIdx;
+#define __launch_bounds__(n)
+"""
 # Thread by thread, as a launch of blocks would.
 EVERY_THREAD = """
 C_NAME void launch_{kernel}(int blocks, int threads, const struct plan *plan, real *tracks, real *draws) {{
@@ -55,7 +73,7 @@ class Shim:
 
     def __init__(self, text: str, device: torch.device) -> None:
         launches = "".join(EVERY_THREAD.format(kernel=kernel) for kernel in ("plan_samples", "noise_of"))
-        self.library = library("#define SHIM 1\n" + text + launches)
+        self.library = library(SHIM + text + launches)
 
     def __call__(self, kernel: str, blocks: int, threads: int, plan: PlanArguments, *pointers: ctypes.c_void_p) -> None:
         getattr(self.library, f"launch_{kernel}")(blocks, threads, ctypes.byref(plan), *pointers)

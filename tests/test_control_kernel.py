@@ -66,8 +66,6 @@ def test_what_was_sent_is_known_to_filters_and_network_alike() -> None:
     operands = (mppi, *given(mppi), 0, 0, 1, None)
     memory, past = mppi._gone_by.memory(), mppi._gone_by.past(MUSHR.start)
     plan(*operands, memory, past)
-    with pytest.raises(ShapeError, match="expected both"):
-        plan(*operands, memory)
     with pytest.raises(ShapeError, match=r"past: expected the shape \(4,\), found \(3,\)"):
         plan(*operands, memory, past[:3])
     with pytest.raises(ShapeError, match=r"hidden: expected the shape \(0,\), found \(2,\)"):

@@ -10,7 +10,6 @@ import pytest
 import torch
 
 from sym2real.control import MPPI
-from sym2real.control.fused_arguments import Sizes
 from sym2real.errors import ShapeError, Sym2RealError, UnknownNameError
 from sym2real.layout import Layout, Layouts
 from sym2real.native import find_compiler
@@ -54,13 +53,10 @@ def test_noise_of_other_actions(backend: str, noise: Any) -> None:
         mppi(backend, settings=replace(SETTINGS, noise=noise))
 
 
-def test_periods_and_sizes() -> None:
+def test_periods() -> None:
     for period in (0.0, -0.02, float("nan")):
         with pytest.raises(ShapeError, match="period > 0"):
             mppi("torch", period=period)
-    for sizes in ((0, 40), (32, 0)):
-        with pytest.raises(ShapeError, match="at least one sample and step"):
-            Sizes(*sizes)
 
 
 @pytest.mark.parametrize(

@@ -26,8 +26,7 @@ from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.search.select import reported
 from sym2real.effects import effect
-from sym2real.effects.domain import NOT_NEGATIVE
-from sym2real.effects.kind import Parameter
+from sym2real.effects.kind import NOT_NEGATIVE, Parameter
 from sym2real.plants import MujocoPlant
 from sym2real.robots import CRAZYFLIE, MUSHR
 from sym2real.robots.nominal_car import car

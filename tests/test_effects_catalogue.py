@@ -123,7 +123,7 @@ def test_keys_bind_columns_and_faults_name_the_nearest() -> None:
 
 def test_groups_are_symmetric_and_name_real_effects() -> None:
     for group in GROUPS:
-        assert len(group.of.while_) > 3
+        assert len(group.while_) > 3
         for member in group.members:
             assert member.partition(":")[0] in EFFECTS
             assert set(group.members) - {member} <= {*equivalents(member), member}

@@ -14,7 +14,7 @@ from cli_results import result_of
 from sympy import besselj, latex
 
 from sym2real.effects import compose, effect
-from sym2real.effects.clock import with_time
+from sym2real.effects.terms import with_time
 from sym2real.errors import DataError, ModelError, UnknownNameError
 from sym2real.layout import Layout, Layouts
 from sym2real.robots import MUSHR

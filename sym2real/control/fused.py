@@ -56,7 +56,7 @@ class FusedStep:
         plan.noise = pointer("noise", given.noise)
         plan.memory, plan.past = pointer("memory", given.memory), pointer("past", given.past)
         plan.hidden = pointer("hidden", given.hidden)
-        plan.begun, plan.costs = self._operands.begun(given), costs.data_ptr()
+        plan.begun, plan.costs = given.begun, costs.data_ptr()
         plan.seed, plan.call = given.seed & 0xFFFFFFFF, given.call & 0xFFFFFFFF
         before, steps = pointer("mean", given.mean), min(max(given.steps, 0), self.horizon)
         self._library.shifted(self._address, before, steps, plan.mean)

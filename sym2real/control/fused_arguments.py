@@ -3,7 +3,6 @@
 import ctypes
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,21 +17,11 @@ from sym2real.errors import ShapeError
 LINE = 64  # bytes: buffers start where a vector may
 
 
-@dataclass(frozen=True)
-class Sizes:
-    """How much is sampled: rollouts, and steps of each.
-
-    Raises:
-        ShapeError: without a sample or a step.
-    """
+class Sizes(NamedTuple):
+    """How much is sampled: rollouts, and steps of each."""
 
     samples: int
     horizon: int
-
-    def __post_init__(self) -> None:
-        if min(self.samples, self.horizon) < 1:
-            found = f"{self.samples} samples, {self.horizon} steps"
-            raise ShapeError(f"expected at least one sample and step, found {found}")
 
 
 class Call(NamedTuple):
@@ -63,6 +52,11 @@ class Call(NamedTuple):
     memory: Tensor | None = None
     past: Tensor | None = None
     hidden: Tensor | None = None
+
+    @property
+    def begun(self) -> bool:
+        """Whether something was sent before."""
+        return self.memory is not None or self.past is not None
 
 
 class PlanArguments(ctypes.Structure):
@@ -133,18 +127,6 @@ class Operands:
             "past": (0 if step.residual is None else step.residual.sizes[0] - states - actions,),
             "hidden": (len(step.equations.start),),
         }
-        self._remembered = [name for name in ("memory", "past") if self.shapes[name] != (0,)]
-
-    def begun(self, given: Call) -> bool:
-        """Whether something was sent before.
-
-        Raises:
-            ShapeError: where only one of two memories says so.
-        """
-        there = [getattr(given, name) is not None for name in self._remembered]
-        if any(there) and not all(there):
-            raise ShapeError("memory and past: expected both, or none of them before anything was sent")
-        return any(there)
 
     def pointer(self, name: str, tensor: Tensor | None) -> int | None:
         """Address of a tensor's numbers; None for None.

@@ -12,14 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 from torch import Tensor
 
+from sym2real.effects.actuators import DEAD_BAND, DELAY, LAG, RATE_LIMIT
 from sym2real.effects.bound import Effect
-from sym2real.effects.dead_band import DEAD_BAND
-from sym2real.effects.delay import DELAY
+from sym2real.effects.commands import LIMIT
 from sym2real.effects.filters import FilterState
-from sym2real.effects.lag import LAG
-from sym2real.effects.limit import LIMIT
 from sym2real.effects.memory import WHOLE
-from sym2real.effects.rate_limit import RATE_LIMIT
 from sym2real.errors import ModelError
 from sym2real.trajectory import Array
 

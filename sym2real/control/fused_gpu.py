@@ -67,7 +67,7 @@ class FusedGpuStep:
         read = {**given._asdict(), "mean": before}
         for name in self.shapes:
             setattr(plan, name, pointer(name, read[name]))
-        plan.costs, plan.begun = costs.data_ptr(), self._operands.begun(given)
+        plan.costs, plan.begun = costs.data_ptr(), given.begun
         plan.seed, plan.call = given.seed & 0xFFFFFFFF, given.call & 0xFFFFFFFF
         self._run("plan_samples")
         weights = weigh(costs, plan.temperature)

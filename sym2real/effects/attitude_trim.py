@@ -9,7 +9,7 @@ The attitude that is measured is the robot's own, other than under a tilted sens
 
 from sym2real.effects.body import Body
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values, of_any_body
-from sym2real.effects.mounting_tilt import MOST, turned
+from sym2real.effects.mountings import MOST, turned
 from sym2real.errors import ModelError
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol

@@ -12,8 +12,7 @@ from sympy import Expr, Symbol
 from torch import Tensor
 
 from sym2real.effects.body import Body, Describable
-from sym2real.effects.domain import ANYTHING, Domain
-from sym2real.effects.kind import Kind, Parameter, Stage
+from sym2real.effects.kind import ANYTHING, Domain, Kind, Parameter, Stage
 from sym2real.effects.manoeuvres import in_words_of
 from sym2real.effects.memory import Memory, series
 from sym2real.effects.searching import Searching

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
 from sympy import Expr
 
-from sym2real.effects.alike import Member
 from sym2real.effects.body import Body
-from sym2real.effects.domain import ANYTHING, Domain
-from sym2real.effects.memory import Memory
+from sym2real.effects.memory import LONGEST_DELAY, Memory
 from sym2real.effects.searching import Searching
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations
@@ -22,6 +21,40 @@ Numbers = Mapping[str, float]
 
 # Bounds and null of what is not limited; finite, so that it can be a parameter's value and stand in a file.
 UNLIMITED = 1e15
+
+
+@dataclass(frozen=True)
+class Domain:
+    """An interval of real numbers: values that a parameter can have at all, beyond which there is no such thing.
+
+    Args:
+        low, high: its ends.
+        open: whether ``low`` itself is outside.
+    """
+
+    low: float = -math.inf
+    high: float = math.inf
+    open: bool = False
+
+    def __contains__(self, value: float) -> bool:
+        return math.isfinite(value) and (value > self.low if self.open else value >= self.low) and value <= self.high
+
+    def nearest(self, value: float) -> float:
+        """The value, or the end of the interval that it lies beyond."""
+        return min(max(value, self.low), self.high)
+
+    def __str__(self) -> str:
+        """For a sentence, without a unit."""
+        low = "" if self.low == -math.inf else f"{'more than' if self.open else 'at least'} {self.low:g}"
+        high = "" if self.high == math.inf else f"at most {self.high:g}"
+        return " and ".join(part for part in (low, high) if part) or "a finite number"
+
+
+ANYTHING = Domain()
+NOT_NEGATIVE = Domain(0.0)
+DELAY_TIME = Domain(0.0, LONGEST_DELAY)
+SHIFT_TIME = Domain(-LONGEST_DELAY, LONGEST_DELAY)
+POSITIVE = Domain(0.0, open=True)
 
 
 @dataclass(frozen=True)
@@ -88,7 +121,6 @@ class Kind:
         parts: for effects that are two others: their kinds and values.
         hidden: hidden states that it brings; equations that have one of them have the effect already.
         contradiction: what is wrong with values that cannot stand together, "" where they can.
-        alike: where it stands among effects that look like it.
         counts_as: keys, or patterns of keys, of effects that together are this one.
         searching: how it takes part in a search.
         by_torque: whether it acts by a torque, whose answer is known no better than the loop's stiffness.
@@ -118,7 +150,6 @@ class Kind:
     parts: Callable[[Values, Body], tuple[tuple[Kind, Values], ...]] | None = None
     hidden: tuple[str, ...] = ()
     contradiction: Callable[[Numbers], str] = lambda _: ""
-    alike: tuple[Member, ...] = ()
     counts_as: tuple[str, ...] = ()
     searching: Searching = field(default_factory=Searching)
     by_torque: Callable[[Body], bool] = lambda _: False

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from sym2real.effects.domain import LONGEST_DELAY
 from sym2real.errors import ModelError
 
 Given = Mapping[str, Tensor]
@@ -18,6 +17,7 @@ Begin = Callable[[Tensor, float, Given], Tensor]
 Run = Callable[[Tensor, Tensor, float, Given], tuple[Tensor, Tensor]]
 # Periods by which a delay may miss a whole number of them: in single precision 0.04 s are less than two of 0.02 s.
 WHOLE = 1e-6
+LONGEST_DELAY = 60.0  # s; every row that is still under way is kept, so that a delay without end fills the memory
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from sympy import Expr, Float, Integer
 
 from sym2real.effects.body import Body
-from sym2real.effects.rate_loop import NUMBERS, rate_loops
-from sym2real.effects.thrust import acting, acting_thrust
+from sym2real.effects.loops import NUMBERS, rate_loops
+from sym2real.effects.terms import acting, acting_thrust
 from sym2real.layout import motors_of
 from sym2real.symbolic import Equations
 from sym2real.vocabulary import MOTOR_TORQUES

@@ -5,7 +5,6 @@ the inner one, turns it by less the further they are turned (no Ackermann geomet
 Vehicle Dynamics, ch. 8); so does a servo's arm that runs on a circle, and what is logged as an angle and is a travel.
 """
 
-from sym2real.effects.alike import ONE_CURVE, Member
 from sym2real.effects.body import Body
 from sym2real.effects.kind import Kind, Parameter, Values, of_any_body
 from sym2real.effects.searching import Searching, Shown
@@ -31,6 +30,5 @@ STEERING_CURVE = Kind(
     substitute=_substitute,
     needs=("steer",),
     robot="car",
-    alike=(Member(ONE_CURVE, 1),),
     searching=Searching(varying=("steer",), shown_in=lambda _: (Shown.BOTH_WAYS, Shown.HARD)),
 )

@@ -1,4 +1,9 @@
-"""Forces and torques into equations: through their wrench inputs, or approximately where they have none."""
+"""Forces and torques into equations, along joints too: through their inputs, or approximately where they have none.
+
+What acts across the motion of a car whose tyres hold works on the turn, not the tyres. The car has one degree of
+freedom, along its heading; the heading turns by tan(δ)/L per metre, so by virtual work a yaw torque τ_z pushes along
+the heading with τ_z tan(δ)/L, and a force F across it at a distance c ahead of the rear axle with c F tan(δ)/L.
+"""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -6,12 +11,13 @@ from dataclasses import replace
 from sympy import Expr, Rational, tan
 
 from sym2real.effects.body import Body
-from sym2real.effects.frames import axes, dot
+from sym2real.effects.frames import axes, body_velocity, dot
+from sym2real.effects.terms import raised
 from sym2real.errors import ModelError
 from sym2real.layout import Layout
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.expressions import names_in
-from sym2real.vocabulary import FORCE, STEER_COLUMN
+from sym2real.vocabulary import FORCE, STEER_COLUMN, push_column, rate_column
 
 AXES = ("x", "y", "z")
 
@@ -118,3 +124,58 @@ def _number(equations: Equations, body: Body, name: str) -> Expr | float:
 def _approximate(equations: Equations, name: str) -> Equations:
     note = f"approximate: the equations have no wrench input {name}"
     return equations if note in equations.notes else replace(equations, notes=(*equations.notes, note))
+
+
+INERTIA = "{column}_inertia"  # the number of a joint that its effects need
+ALONE = "{column}_alone"  # what a force along it moves while no other joint is held: the least
+
+
+def inertia(body: Body) -> float:
+    """What a force along the bound joint moves, kg or kg m²; 1 where nobody knows."""
+    return body.numbers.get(INERTIA.format(column=body.column), 1.0)
+
+
+def unit_of_push(body: Body) -> tuple[str, str]:
+    """Unit of a force along the bound joint, and of its rate."""
+    return ("N m", "rad/s") if body.unit == "rad" else ("N", "m/s")
+
+
+def braked(equations: Equations, body: Body, quantity: str, value: Expr, force: Expr) -> Equations:
+    """The equations with more of what brakes the bound joint, or with its force along the joint where they lack it."""
+    if quantity in equations.quantities:
+        return raised(equations, quantity, value)
+    return push_along(equations, body, force)
+
+
+def push_along(equations: Equations, body: Body, force: Expr) -> Equations:
+    """The equations with a force in N, or a torque in N m, along the bound joint.
+
+    An input that the equations use takes it exactly. Else rate and coordinate take ``dt F/I`` and ``½ dt² F/I``, which
+    the notes call approximate: what is coupled to the joint is not pushed.
+    """
+    joint, name = body.column, push_column(body.column)
+    if name in equations.layouts.inputs and uses(equations, name):
+        return equations.substitute({name: symbol(name) + force})
+    change = equations.dt * force / body.number(INERTIA.format(column=joint))
+    rate = rate_column(joint)
+    moved = {rate: equations.next[rate] + change, joint: equations.next[joint] + equations.dt / 2 * change}
+    note = f"approximate: the equations have no input {name}"
+    return replace(equations, next={**equations.next, **moved}, notes=tuple(dict.fromkeys((*equations.notes, note))))
+
+
+FORWARD = ("vx", "vy", "sin_yaw", "cos_yaw")  # what the speed along the heading follows from
+
+
+def forward_speed(body: Body) -> Expr:
+    """u, m/s."""
+    return body_velocity(body)[0]
+
+
+def push_ahead(equations: Equations, body: Body, force: Expr) -> Equations:
+    """A force along the heading, N."""
+    return push(equations, body, force=[force * component for component in axes(body)[0]])
+
+
+def push_turning(equations: Equations, body: Body, torque: Expr) -> Equations:
+    """A yaw torque in N m by the work it does."""
+    return push_ahead(equations, body, torque * tan(symbol("steer")) / body.number("wheelbase"))

@@ -36,7 +36,7 @@ class Remembering:
         """The base with a residual on top, and how that came about; a start that sees less or more is left aside."""
         commands = 0
         if isinstance(base, Equations) and len(transitions) >= FEWEST_ROWS:
-            commands = memory_length(transitions, base).commands
+            commands = memory_length(transitions, base)
         same = start is not None and start.past_rows == (commands, 0)
         return replace(self.training, commands=commands).fit_reported(transitions, base, start if same else None)
 

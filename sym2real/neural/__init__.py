@@ -5,7 +5,7 @@ from sym2real.neural.descent import Descent
 from sym2real.neural.ensemble import Ensemble
 from sym2real.neural.ensemble_training import EnsembleTraining
 from sym2real.neural.exporting import export
-from sym2real.neural.memory_length import MemoryLength, memory_length
+from sym2real.neural.memory_length import memory_length
 from sym2real.neural.model_folder import Model, open_model, save_model
 from sym2real.neural.particles import particle_rollouts
 from sym2real.neural.residual_mlp import ResidualMLP
@@ -19,7 +19,6 @@ __all__ = [
     "Descent",
     "Ensemble",
     "EnsembleTraining",
-    "MemoryLength",
     "Model",
     "ResidualMLP",
     "ResidualTraining",

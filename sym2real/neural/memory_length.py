@@ -7,15 +7,14 @@ delay, a lag, a slow actuator. Then a base f that takes the command for what act
 
 one number h_j for each lag and command, whatever the number of state columns, because B_k knows the way from a command
 to the state. The order is the shortest whose error on blocks of time that took no part is within a standard error of
-the least (:mod:`sym2real.neural.paired`). Past states come after that, as an autoregression (ARX). Source: L. Ljung,
-System Identification, 2nd ed., ch. 16 (order by validation on fresh data).
+the least (:mod:`sym2real.neural.paired`). Source: L. Ljung, System Identification, 2nd ed., ch. 16 (order by validation
+on fresh data).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 import torch
@@ -29,32 +28,15 @@ from sym2real.symbolic import Equations
 from sym2real.trajectory import Array
 
 LONGEST = 0.5  # s, of past commands: the longest delay among the effects
-STATES = 3  # past states
 FOLDS, SHORTEST = 10, 10  # blocks of time, rows of a block
 ROUNDING = 1e-5  # columns that differ by less are one: rows are in single precision
 
 
-@dataclass(frozen=True)
-class MemoryLength:
-    """How many past rows predict, and what each number of them leaves.
+def memory_length(transitions: Transitions, base: Equations) -> int:
+    """Number of past commands, as sent, that the next state depends on and a base does not know of.
 
-    Args:
-        commands: past commands, as sent. Where the base lacks much else that follows the commands, as in logs of a real
-            car that never reached its speed command, ``by_commands`` falls to its end and the order is the longest.
-        states: past states beside them. With noisy sensors they filter the noise of the present row, so that they do
-            not say that the robot has a memory.
-        by_commands: squared error on held-out blocks with 0, 1, … past commands, over that with none.
-        by_states: the same for past states beside ``commands``.
-    """
-
-    commands: int
-    states: int
-    by_commands: tuple[float, ...]
-    by_states: tuple[float, ...]
-
-
-def memory_length(transitions: Transitions, base: Equations) -> MemoryLength:
-    """Past commands and states that the next state depends on and a base does not know of.
+    Where the base lacks much else that follows the commands, as in logs of a real car that never reached its speed
+    command, the error falls to the longest order, which is then the answer.
 
     Args:
         transitions: of the target; commands must vary.
@@ -67,28 +49,9 @@ def memory_length(transitions: Transitions, base: Equations) -> MemoryLength:
     if len(transitions) < FOLDS * SHORTEST:
         raise ModelError(f"an order needs at least {FOLDS * SHORTEST} transitions, found {len(transitions)}")
     longest = max(1, round(LONGEST / transitions.dt))
-    rows = leftover(transitions, base, longest, STATES)
-    series = _Series.of(rows, longest)
-    actions = rows.driven.shape[-1]
-    by_commands = _held_out(
-        series.error, series.effects, series.present, [actions * (1 + count) for count in range(longest + 1)]
-    )
-    commands = _shortest(by_commands)
-    effects = series.effects[..., : actions * (1 + commands)]
-    tangent = series.error.shape[1]
-    by_states = np.concatenate(
-        [
-            _held_out(
-                series.error,
-                effects,
-                np.concatenate([series.present, series.states[:, : tangent * count]], axis=1),
-                [effects.shape[-1]],
-            )
-            for count in range(STATES + 1)
-        ],
-        axis=1,
-    )
-    return MemoryLength(commands, _shortest(by_states), _relative(by_commands), _relative(by_states))
+    rows = leftover(transitions, base, longest)
+    errors = _held_out(_Series.of(rows, longest), [rows.driven.shape[-1] * (1 + count) for count in range(longest + 1)])
+    return simplest([torch.as_tensor(column) for column in errors.T])
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,13 +62,11 @@ class _Series:
         error: d in units of its scale ``# (rows, t)``.
         effects: of commands on it, lag by lag from the present one ``# (rows, t, m·lags)``.
         present: one, state and command ``# (rows, 1 + n + m)``.
-        states: differences of past states from the one after, newest first ``# (rows, t·STATES)``.
     """
 
     error: Array
     effects: Array
     present: Array
-    states: Array
 
     @classmethod
     def of(cls, rows: Leftover, longest: int) -> _Series:
@@ -117,11 +78,7 @@ class _Series:
         moved = np.concatenate([sent[:, :1], np.diff(sent, axis=1)], axis=1)  # (rows, lags, m)
         scale = _scale(error.numpy(), present, rows.change.double().numpy())
         effects = (driven.numpy() / scale[:, None])[:, :, None, :] * moved[:, None]
-        past = [seen[:, :size], *seen[:, size + actions * (1 + longest) :].split(size, dim=-1)]
-        states = [rows.layout.difference(older, newer).numpy() for newer, older in pairwise(past)]
-        return cls(
-            error.numpy() / scale, effects.reshape(len(rows), len(scale), -1), present, np.concatenate(states, axis=1)
-        )
+        return cls(error.numpy() / scale, effects.reshape(len(rows), len(scale), -1), present)
 
 
 def _scale(error: Array, present: Array, change: Array) -> Array:
@@ -132,15 +89,14 @@ def _scale(error: Array, present: Array, change: Array) -> Array:
     return scale
 
 
-def _held_out(error: Array, effects: Array, present: Array, sizes: Sequence[int]) -> Array:
+def _held_out(series: _Series, sizes: Sequence[int]) -> Array:
     """Mean squared error of each block of time by what the other blocks teach ``# (FOLDS, sizes)``.
 
     Args:
-        error: ``# (rows, t)``.
-        effects: whose first so many columns share one coefficient each over all components ``# (rows, t, columns)``.
-        present: has coefficients for each component ``# (rows, …)``.
+        series: the first so many columns of its effects share one coefficient each over all components.
         sizes: numbers of columns.
     """
+    error, effects, present = series.error, series.effects, series.present
     fold = np.arange(len(error)) * FOLDS // len(error)
     present = present / (np.sqrt(np.mean(present**2, axis=0)) + np.finfo(np.float32).tiny)
     both = np.concatenate([effects, error[..., None]], axis=-1)
@@ -166,13 +122,3 @@ def _error(within: Array, beyond: Array, size: int) -> float:
     weights = np.linalg.lstsq(within[:size, :size], within[:size, -1], rcond=None)[0]
     weights, kept = np.append(weights, -1.0), [*range(size), -1]
     return float(weights @ beyond[np.ix_(kept, kept)] @ weights)
-
-
-def _shortest(errors: Array) -> int:
-    """The first order within a standard error of the best, block by block."""
-    return simplest([torch.as_tensor(column) for column in errors.T])
-
-
-def _relative(errors: Array) -> tuple[float, ...]:
-    mean = errors.mean(axis=0)
-    return tuple((mean / max(mean[0], np.finfo(np.float64).tiny)).tolist())

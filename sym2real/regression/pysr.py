@@ -7,12 +7,13 @@ cos sin, at most 85 nodes, 5 iterations, warm start, ℓ1 loss (the paper, secti
 from __future__ import annotations
 
 import importlib.util
-import json
-import os
+import pickle
 import re
-import shutil
+import subprocess
 import sys
+import weakref
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -24,10 +25,8 @@ from sym2real.dataset import Transitions
 from sym2real.errors import MissingDependencyError, ModelError
 from sym2real.regression.features import Variables
 from sym2real.regression.numeric import columns_of
-from sym2real.regression.worker_process import WorkerError, WorkerProcess
 from sym2real.regression.wrench import pushed_rows, with_wrench
 from sym2real.symbolic import Equations, complexity, parse_expression
-from sym2real.trajectory import Array
 
 FACTORY, WORKER = "pysr:PySRRegressor", Path(__file__).with_name("pysr_worker.py")
 SETTINGS: Mapping[str, Any] = MappingProxyType(
@@ -48,40 +47,11 @@ SETTINGS: Mapping[str, Any] = MappingProxyType(
 # Julia writes single precision numbers as 1.0f-5.
 JULIA_FLOAT = re.compile(r"\b(\d+\.?\d*)[fF]([+-]?\d+)\b")
 INSTALL = (
-    "the engine 'pysr' needs PySR and Julia. Install them with:\n"
+    "the engine 'pysr' needs PySR, which brings Julia when it is first imported, in a few minutes:\n"
     "    pip install 'sym2real[pysr]'\n"
-    "    python -c 'import pysr'    # downloads Julia once, a few minutes\n"
+    "    python -c 'import pysr'\n"
     "or take the engine 'beam', which needs neither"
 )
-
-
-def julia_is_there() -> bool:
-    """Whether PySR is installed and a Julia that it would use; neither is imported or downloaded."""
-    if importlib.util.find_spec("pysr") is None:
-        return False
-    if os.environ.get("PYTHON_JULIAPKG_EXE") or shutil.which("julia"):
-        return True
-    return any(_names_julia(folder / "pyjuliapkg" / "meta.json") for folder in _julia_projects())
-
-
-def _julia_projects() -> list[Path]:
-    """Where juliapkg keeps its record of the Julia it uses (juliapkg 0.1, state.py)."""
-    named = os.environ.get("PYTHON_JULIAPKG_PROJECT")
-    if named:
-        return [Path(named)]
-    if sys.prefix != sys.base_prefix:
-        return [Path(sys.prefix) / "julia_env"]
-    if conda := os.environ.get("CONDA_PREFIX"):
-        return [Path(conda) / "julia_env"]
-    depot = os.environ.get("JULIA_DEPOT_PATH", "").split(os.pathsep)[0] or "~/.julia"
-    return [Path(depot).expanduser() / "environments" / "pyjuliapkg"]
-
-
-def _names_julia(meta: Path) -> bool:
-    try:
-        return Path(json.loads(meta.read_text(encoding="utf-8"))["executable"]).exists()
-    except (OSError, ValueError, KeyError, TypeError):
-        return False
 
 
 class PySR:
@@ -97,7 +67,7 @@ class PySR:
         factory: what makes regressors, as "module:attribute" that the worker imports.
 
     Raises:
-        MissingDependencyError: when PySR or Julia is not there, with the commands that install them.
+        MissingDependencyError: when PySR is not installed, with the commands that install it.
 
     Examples:
         >>> PySR(seed=1)  # doctest: +SKIP
@@ -112,11 +82,11 @@ class PySR:
         wrench: bool = True,
         factory: str = FACTORY,
     ) -> None:
-        if factory == FACTORY and not julia_is_there():
+        if factory == FACTORY and importlib.util.find_spec("pysr") is None:
             raise MissingDependencyError(INSTALL)
         self.angles, self.seed, self.nodes, self.wrench = tuple(angles), seed, nodes, wrench
         self.factory = factory
-        self._worker: WorkerProcess | None = None
+        self._worker: subprocess.Popen[bytes] | None = None
 
     def __repr__(self) -> str:
         return f"PySR(angles={self.angles!r}, seed={self.seed}, nodes={self.nodes}, wrench={self.wrench})"
@@ -129,8 +99,7 @@ class PySR:
             start: given, the regressors that this object's last fit left go on; else they start afresh.
 
         Raises:
-            MissingDependencyError: when the worker cannot import PySR.
-            ModelError: when a search fails.
+            ModelError: when a search fails, or the worker has died.
         """
         variables = Variables.of(transitions.layouts, self.angles)
         rows = transitions.where(~pushed_rows(transitions, variables))
@@ -138,7 +107,7 @@ class PySR:
         causes = [column for column in variables.columns if np.ptp(columns[column]) > 0]
         values = np.stack([columns[column] for column in causes], axis=1)
         expressions = {
-            column: self._search(column, values, rows.next_state[:, position], causes, start is None)
+            column: self._search(column, values, rows.next_state[:, position], names=causes, fresh=start is None)
             for position, column in enumerate(transitions.layouts.state)
         }
         equations = Equations(next=expressions, layouts=transitions.layouts, dt=transitions.dt)
@@ -147,27 +116,40 @@ class PySR:
     def close(self) -> None:
         """End the worker; a later fit starts a new one, which knows of no earlier fit."""
         if self._worker is not None:
-            self._worker.close()
+            _end(self._worker)
             self._worker = None
 
-    def _search(self, column: str, values: Array, target: Array, names: list[str], fresh: bool) -> sympy.Expr:
-        worker = self._running_worker()
-        text = worker.ask("fit", column=column, values=values, target=target, names=names, fresh=fresh)
+    def _search(self, column: str, *data: Any, names: list[str], fresh: bool) -> sympy.Expr:
+        """An equation that the worker finds, whose last words are on the terminal if it dies."""
+        if self._worker is None:  # the script's folder is none that it imports from
+            command = [sys.executable, "-P", str(WORKER)]
+            self._worker = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+            weakref.finalize(self, _end, self._worker)
+        assert self._worker.stdin is not None
+        assert self._worker.stdout is not None
+        settings = {**SETTINGS, "maxsize": self.nodes, "random_state": self.seed}
+        try:
+            request = (self.factory, settings, column, *data), {"names": names, "fresh": fresh}
+            pickle.dump(request, self._worker.stdin)
+            self._worker.stdin.flush()
+            text, error = pickle.load(self._worker.stdout)
+        except (BrokenPipeError, EOFError):
+            raise ModelError(f"the regression worker ended with exit code {self._worker.wait()}") from None
+        if error:
+            raise ModelError(f"the regression worker failed: {error}")
         return expression_of(text, names, self.nodes)
 
-    def _running_worker(self) -> WorkerProcess:
-        if self._worker is None:
-            worker = WorkerProcess(WORKER)
-            settings = {**SETTINGS, "maxsize": self.nodes, "random_state": self.seed}
-            try:
-                worker.ask("start", factory=self.factory, settings=settings)
-            except WorkerError as error:
-                worker.close()
-                if error.kind in ("ImportError", "ModuleNotFoundError"):
-                    raise MissingDependencyError(f"{error}\n{INSTALL}") from error
-                raise
-            self._worker = worker
-        return self._worker
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    for stream in (process.stdin, process.stdout):
+        if stream is not None:
+            with suppress(OSError):  # what a dead process was sent is still to be written
+                stream.close()
+    try:
+        process.wait(timeout=2)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
 
 
 def expression_of(text: str, names: Sequence[str], nodes: int) -> sympy.Expr:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.faults.mistakes.transformation import Transformation, as_meant
 from sym2real.effects import compose, effect
-from sym2real.effects.sensor_sign import SENSOR_SIGN
+from sym2real.effects.readings import SENSOR_SIGN
 from sym2real.logs.sources import AsRead
 from sym2real.symbolic import Equations
 

@@ -29,8 +29,7 @@ from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects.along_logs import with_filtered_commands
 from sym2real.effects.catalogue import require_patterns
 from sym2real.effects.inputs import with_one_clock
-from sym2real.effects.sensor_scale import SENSOR_SCALE
-from sym2real.effects.sensor_sign import SENSOR_SIGN
+from sym2real.effects.readings import SENSOR_SCALE, SENSOR_SIGN
 from sym2real.effects.sensors import Sensors
 from sym2real.errors import ShapeError
 from sym2real.logs.differences import rates_on_time

@@ -36,9 +36,7 @@ from sym2real.diagnosis.faults.fault import Fault, Settled
 from sym2real.diagnosis.faults.mistakes.wheel_speed import along, made_of_wheel, way, with_along
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects import EFFECTS
-from sym2real.effects.sensor_bias import SENSOR_BIAS
-from sym2real.effects.sensor_scale import SENSOR_SCALE
-from sym2real.effects.time_shift import TIME_SHIFT
+from sym2real.effects.readings import SENSOR_BIAS, SENSOR_SCALE, TIME_SHIFT
 from sym2real.layout import Layout
 from sym2real.logs.equal_steps import resampled
 from sym2real.logs.sources import AsRead

@@ -22,10 +22,10 @@ from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.unexplained.leftover import Leftover, Rest
 from sym2real.effects.along_logs import with_filtered_commands
 from sym2real.effects.body import Body
-from sym2real.effects.clock import with_time
 from sym2real.effects.frames import body_velocity
 from sym2real.effects.inputs import TIME
 from sym2real.effects.noted import TERM
+from sym2real.effects.terms import with_time
 from sym2real.effects.wrench import with_force_inputs
 from sym2real.errors import ModelError, UnknownNameError
 from sym2real.symbolic import Equations, symbol

@@ -10,7 +10,7 @@ from sym2real.diagnosis.predict.library import shielded
 from sym2real.effects import Effect, compose, effect
 from sym2real.effects.body import Body
 from sym2real.effects.frames import axes
-from sym2real.effects.thrust import ACTING
+from sym2real.effects.terms import ACTING
 from sym2real.report.html.mathml import mathml
 from sym2real.report.html.page import Formula, Formulas
 from sym2real.symbolic import Equations, symbol

@@ -1,4 +1,10 @@
-"""A command is cut off at limits: a → clip(a, lower, upper).
+"""What becomes of a command at once: a multiple, a constant beside it, an end.
+
+``gain``. A command is answered with a multiple of it: a → k·a.
+
+``offset``. A constant is added to a command: a → a + b.
+
+``limit``. A command is cut off at limits: a → clip(a, lower, upper).
 
 It needs no memory, but it must come before what has some: firmware cuts a command off when it receives it, and
 delays and lags follow the command that was cut off. A lag that follows the uncut command would take its time to come
@@ -12,12 +18,85 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from sym2real.effects import truth
 from sym2real.effects.body import Body
-from sym2real.effects.kind import UNLIMITED, Kind, Numbers, Parameter
+from sym2real.effects.kind import UNLIMITED, Kind, Numbers, Parameter, Values, of_any_body
 from sym2real.effects.memory import Given, Memory, first_row
 from sym2real.effects.searching import Searching, Shown, alone_on, by_role
-from sym2real.effects.truth import commanding
+from sym2real.effects.terms import scaled
+from sym2real.layout import turned_by_motors
+from sym2real.protocols import Change
+from sym2real.symbolic import Equations, symbol
 from sym2real.trajectory import Array, Trajectory
+
+LEAST, MOST = 0.2, 3.0  # what is likely
+
+
+def _gain_substitute(equations: Equations, values: Values, body: Body) -> Equations:
+    if body.column in equations.quantities:
+        return scaled(equations, values["value"])
+    return equations.substitute({body.column: values["value"] * symbol(body.column)})
+
+
+def _stood_for_by(body: Body) -> str:
+    """A mass, but where motors turn the body as well: their torques show how strong they are."""
+    return "added_mass" if body.role == "thrust" and not turned_by_motors(body.layouts) else ""
+
+
+GAIN = Kind(
+    name="gain",
+    stage="command",
+    parameters=of_any_body(Parameter("value", "1", null=1.0, low=LEAST, high=MOST, scale=0.1)),
+    formula=r"a \to k\,a",
+    summary="The robot answers a command with a fixed multiple of it.",
+    confused_with="an offset while the command hardly varies; for thrust also added mass, unless motors turn the body",
+    shown_by="commands over a wide range, through zero where the robot allows it",
+    fix="correct the map from command to actuator (thrust per unit, servo travel, speed per unit) by this factor",
+    inject=truth.commanding(lambda command, _, values: command * values["value"]),
+    substitute=_gain_substitute,
+    columns="action",
+    searching=Searching(
+        why_not=alone_on("motors"),
+        stood_for_by=_stood_for_by,
+        shown_in=by_role({"speed": (Shown.SPEEDS,)}, ()),
+    ),
+)
+
+
+def _offset_parameters(body: Body) -> tuple[Parameter, ...]:
+    return (Parameter("value", body.unit, null=0.0, low=-10 * body.scale, high=10 * body.scale, scale=body.scale),)
+
+
+def _offset_substitute(equations: Equations, values: Values, body: Body) -> Equations:
+    return equations.substitute({body.column: symbol(body.column) + values["value"]})
+
+
+def _inject(body: Body, values: Numbers) -> Change:
+    if body.column in body.quantities:  # the thrust of motors, whose torques stay
+        return truth.pushing(lambda data, _, known: truth.add_thrust(data, known["value"]))(body, values)
+    return truth.commanding(lambda command, _, known: command + known["value"])(body, values)
+
+
+OFFSET = Kind(
+    name="offset",
+    stage="command",
+    parameters=_offset_parameters,
+    formula=r"a \to a + b",
+    summary="The robot adds a constant to a command.",
+    confused_with="a gain while the command hardly varies; for rate commands a torque bias or centre-of-mass offset",
+    shown_by="commands of both signs, or of several sizes",
+    fix="trim the actuator by minus this offset (servo centre, thrust trim), or subtract it from the command",
+    inject=_inject,
+    substitute=_offset_substitute,
+    columns="action",
+    searching=Searching(
+        why_not=alone_on("motors"),
+        stood_for_by=by_role({"rate command": "torque_bias"}, ""),
+        shown_in=by_role({"speed": (Shown.SPEEDS,), "steering": (Shown.BOTH_WAYS,)}, ()),
+    ),
+    by_torque=by_role({"rate command": True}, False),
+)
+
 
 # Quantiles of a command at which a plan cuts it off.
 CUT_OFF = (0.99, 0.95, 0.9, 0.75, 0.5, 0.25)
@@ -29,7 +108,7 @@ OF_MEAN, OF_LARGEST, TRIED = 0.4, 0.8, 4
 BOTH_WAYS, ALIKE = 0.5, frozenset({"rad", "rad/s", "N", "N m"})
 
 
-def _parameters(body: Body) -> tuple[Parameter, ...]:
+def _limit_parameters(body: Body) -> tuple[Parameter, ...]:
     large = 100 * body.scale
     return (
         Parameter("lower", body.unit, null=-UNLIMITED, low=-large, high=0.0, scale=body.scale),
@@ -92,13 +171,13 @@ def _fixed(body: Body, values: Array, _logs: Iterable[Trajectory]) -> tuple[str,
 LIMIT = Kind(
     name="limit",
     stage="filter",
-    parameters=_parameters,
+    parameters=_limit_parameters,
     formula=r"a \to \min(\max(a, a_\mathrm{lower}), a_\mathrm{upper}), |a| \le a_\mathrm{magnitude}",
     summary="A command beyond a limit is cut off at it.",
     confused_with="a gain below one, when most commands lie beyond the limit",
     shown_by="commands below and beyond the limit",
     fix="raise the limit in the actuator's firmware, or tell the controller about it",
-    inject=commanding(_clip),
+    inject=truth.commanding(_clip),
     memory=lambda body: Memory(first_row, _cut),
     columns="action",
     contradiction=_contradiction,

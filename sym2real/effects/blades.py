@@ -1,4 +1,12 @@
-r"""Rotors that speed up turn the body the other way: τ_z = J_r Σ± dω_i/dt.
+r"""Rotors in moving air, and rotors that change their speed.
+
+``flapping_moment``. Blades that flap in moving air turn the body: τ = (a·v, b·u, 0), u and v the velocity along body x
+and y.
+
+``translational_lift``. Rotors that lift more in moving air: T (1 + k (u² + v²)), u and v the velocity along body x and
+y.
+
+``rotor_reaction``. Rotors that speed up turn the body the other way: τ_z = J_r Σ± dω_i/dt.
 
 Rotor speeds are √(T_i/k_f). Of motors, their sum with signs changes at once when a command changes; its last value is
 a hidden state. A rate loop moves it by G per torque, G = 1/(2 κ √(k_f T/4)), κ the
@@ -15,30 +23,93 @@ import numpy as np
 from sympy import Expr, Integer, Max, exp, sqrt
 
 from sym2real.effects import simulated_rotors, truth
-from sym2real.effects.body import Body
-from sym2real.effects.domain import NOT_NEGATIVE
-from sym2real.effects.hidden import with_hidden
-from sym2real.effects.kind import Kind, Numbers, Parameter, Values
-from sym2real.effects.rate_loop import other_torque, rate_loops
+from sym2real.effects.body import GRAVITY, Body
+from sym2real.effects.frames import QUATERNION, body_velocity
+from sym2real.effects.kind import NOT_NEGATIVE, Kind, Numbers, Parameter, Values, of_any_body
+from sym2real.effects.loops import other_torque, rate_loops
 from sym2real.effects.rotors import driven_by_motors, motor_forces, spins
-from sym2real.effects.searching import ALONE, Searching
-from sym2real.effects.thrust import acting_thrust, defined, hover_thrust
+from sym2real.effects.searching import ALONE, Searching, Shown
+from sym2real.effects.terms import acting_thrust, defined, hover_thrust, scaled, with_hidden
 from sym2real.effects.wrench import push
 from sym2real.layout import motors_of
 from sym2real.protocols import Change, Filter
 from sym2real.symbolic import Equations, symbol
 
+
+def _flapping_moment_parameters(body: Body) -> tuple[Parameter, ...]:
+    # At 1 m/s the torque is that of the weight at a tenth of a millimetre.
+    scale = 1e-4 * GRAVITY * body.numbers.get("mass", 1.0)
+    return tuple(
+        Parameter(name, "N s", null=0.0, low=-500 * scale, high=500 * scale, scale=scale) for name in ("a", "b")
+    )
+
+
+def _flapping_moment_substitute(equations: Equations, values: Values, body: Body) -> Equations:
+    ahead, left, _ = body_velocity(body)
+    return push(equations, body, torque=(values["a"] * left, values["b"] * ahead))
+
+
+def _turn(data: Any, body: Body, values: Numbers) -> None:
+    along = truth.rotation(data).T @ truth.velocity(data)
+    truth.add_torque(data, np.array([values["a"] * along[1], values["b"] * along[0], 0.0]))
+
+
+FLAPPING_MOMENT = Kind(
+    name="flapping_moment",
+    stage="wrench",
+    parameters=_flapping_moment_parameters,
+    formula=r"\tau = (a\,v,\; b\,u,\; 0)",
+    summary="Air that flows across the rotors tilts their discs and turns the body.",
+    confused_with="a torque bias at one velocity, and drag",
+    shown_by="several speeds in all directions of the body",
+    fix="put the term into the model",
+    inject=truth.pushing(_turn),
+    substitute=_flapping_moment_substitute,
+    needs=("wx", "wy", "vx", "vy", "vz", *QUATERNION),
+    robot="quadrotor",
+    searching=Searching(shown_in=lambda _: (Shown.SPEEDS,)),
+    by_torque=lambda _: True,
+)
+
+
+def _translational_lift_substitute(equations: Equations, values: Values, body: Body) -> Equations:
+    ahead, left, _ = body_velocity(body)
+    return scaled(equations, 1 + values["value"] * (ahead**2 + left**2))
+
+
+def _lift(data: Any, body: Body, values: Numbers) -> None:
+    along = truth.rotation(data).T @ truth.velocity(data)
+    truth.scale_thrust(data, 1.0 + values["value"] * float(along[:2] @ along[:2]))
+
+
+TRANSLATIONAL_LIFT = Kind(
+    name="translational_lift",
+    stage="thrust",
+    parameters=of_any_body(Parameter("value", "s²/m²", null=0.0, low=-0.2, high=0.5, scale=0.02)),
+    formula=r"T \to T\,(1 + k\,(u^2 + v^2))",
+    summary="Rotors lift more when air flows across them.",
+    confused_with="a thrust gain at one speed",
+    shown_by="level flight at several speeds beside hover",
+    fix="put the term into the model",
+    inject=truth.pushing(_lift),
+    substitute=_translational_lift_substitute,
+    needs=("thrust", "vx", "vy", "vz", *QUATERNION),
+    robot="quadrotor",
+    searching=Searching(shown_in=lambda _: (Shown.SPEEDS,)),
+)
+
+
 SUM, SUM_MEMORY, COMMAND_MEMORY = "rotor_speed_sum", "rotor_speed_memory", "yaw_command_memory"
 LOWEST = 0.1  # of the hover thrust: rotors that hardly turn would react without bound
 
 
-def _parameters(body: Body) -> tuple[Parameter, ...]:
+def _rotor_reaction_parameters(body: Body) -> tuple[Parameter, ...]:
     """Rotors have a thousandth of the body's inertia about yaw; as much as all of it where that is given too large."""
     whole = body.number("jz")
     return (Parameter("value", "kg m²", null=0.0, low=0.0, high=whole, scale=1e-4 * whole, domain=NOT_NEGATIVE),)
 
 
-def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
+def _rotor_reaction_substitute(equations: Equations, values: Values, body: Body) -> Equations:
     if driven_by_motors(equations):
         return _of_motors(equations, values["value"], body)
     return _of_loop(equations, values["value"], body)
@@ -89,14 +160,14 @@ def _inject(body: Body, values: Numbers) -> Change:
 ROTOR_REACTION = Kind(
     name="rotor_reaction",
     stage="loop",
-    parameters=_parameters,
+    parameters=_rotor_reaction_parameters,
     formula=r"\tau_z = J_r \sum \pm \dot\omega_i",
     summary="Rotors that speed up or slow down turn the body about yaw.",
     confused_with="a stiffer yaw rate loop",
     shown_by="fast changes of the yaw rate, to both sides",
     fix="put the rotors' inertia into the model; a softer yaw loop makes it matter less",
     inject=_inject,
-    substitute=_substitute,
+    substitute=_rotor_reaction_substitute,
     needs=("thrust", "wz"),
     numbers=("rotor_thrust", "torque_per_thrust", "jz"),
     hidden=(SUM_MEMORY, COMMAND_MEMORY),

@@ -1,4 +1,14 @@
-r"""Rotors that follow their commands as a first-order filter, inside the rate loop.
+r"""What turns a rotorcraft beside its loops: torques that are constant, scaled, or late.
+
+``torque_bias``. A constant torque about body axes.
+
+``torque_scale``. Motors that turn the body by more or less than the model says: τ = (k_x τ_x, k_y τ_y, k_z τ_z).
+
+What turns the body is torque over inertia, so that k_i is at once the factor on the lever (arm, reaction torque per
+thrust) and the inverse of that on the inertia: no flight parts the two. Of published numbers of small robots the lever
+about yaw is the least sure one, by an order of magnitude.
+
+``motor_lag``. Rotors that follow their commands as a first-order filter, inside the rate loop.
 
 Thrust: τ dT'/dt = T - T'. Each axis of the rate loop, with α its angular acceleration::
 
@@ -15,22 +25,84 @@ where e₁, e₂ = exp(-(1 ∓ r) dt/(2τ)); for a complex r the same in sine an
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 from sympy import Abs, Expr, Integer, Max, Piecewise, cos, exp, sin, sqrt
 
 from sym2real.effects import truth
-from sym2real.effects.alike import ONE_LAG, Member
-from sym2real.effects.body import Body
-from sym2real.effects.domain import NOT_NEGATIVE
-from sym2real.effects.hidden import with_hidden
-from sym2real.effects.kind import Kind, Numbers, Parameter, Values, of_any_body
+from sym2real.effects.body import GRAVITY, Body
+from sym2real.effects.kind import NOT_NEGATIVE, POSITIVE, Kind, Numbers, Parameter, Values, of_any_body
+from sym2real.effects.loops import NUMBERS, RateLoop, other_torque, rate_loops
 from sym2real.effects.manoeuvres import EXCITED
-from sym2real.effects.rate_loop import NUMBERS, RateLoop, other_torque, rate_loops
 from sym2real.effects.searching import Searching, Shown, steps
-from sym2real.effects.thrust import LAGGED, defined, lagging
+from sym2real.effects.simulated_rotors import require_rotors, stands
+from sym2real.effects.terms import LAGGED, defined, lagging, with_hidden
 from sym2real.effects.wrench import AXES, push
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
-from sym2real.vocabulary import MOTOR_TORQUES
+from sym2real.vocabulary import MOTOR_COLUMNS, MOTOR_TORQUES
+
+BIASES = ("tx", "ty", "tz")
+
+
+def _parameters(body: Body) -> tuple[Parameter, ...]:
+    # Sized as the weight at a tenth of a millimetre.
+    scale = 1e-4 * GRAVITY * body.numbers.get("mass", 1.0)
+    return tuple(Parameter(name, "N m", null=0.0, low=-100 * scale, high=100 * scale, scale=scale) for name in BIASES)
+
+
+TORQUE_BIAS = Kind(
+    name="torque_bias",
+    stage="wrench",
+    parameters=_parameters,
+    formula=r"\tau = \mathrm{const}",
+    summary="A constant torque turns the body.",
+    confused_with="an offset of the rate commands, always; a centre of mass that is off where thrust hardly varies",
+    shown_by="thrust that varies, against a centre of mass",
+    fix="replace the weak motor or the bent propeller, or trim the mixer",
+    inject=truth.pushing(
+        lambda data, body, values: truth.add_torque(data, np.array([values[name] for name in BIASES]))
+    ),
+    substitute=lambda equations, values, body: push(equations, body, torque=[values[name] for name in BIASES]),
+    needs=("wx", "wy", "wz"),
+    robot="quadrotor",
+    by_torque=lambda _: True,
+)
+
+
+FACTORS = ("kx", "ky", "kz")
+
+
+def _lengthen(spec: Any, body: Body, values: Numbers) -> None:
+    """Gears: what rotors that stand nearer or further, and react less or more, turn the body by."""
+    require_rotors(spec)
+    plain = spec.copy().compile()
+    for number, actuator in enumerate(spec.actuators):
+        if actuator.name in MOTOR_COLUMNS:
+            (x, y, _), axes = stands(plain, number)
+            lift, reaction = actuator.gear[2], values["kz"] * actuator.gear[5]
+            lever = axes.T @ [(values["kx"] - 1.0) * y * lift, (1.0 - values["ky"]) * x * lift, 0.0]
+            actuator.gear = [*actuator.gear[:3], *(actuator.gear[3:5] + lever[:2]), reaction]
+
+
+TORQUE_SCALE = Kind(
+    name="torque_scale",
+    stage="thrust",
+    parameters=of_any_body(
+        *(Parameter(name, "1", null=1.0, low=1e-3, high=1e3, scale=0.3, domain=POSITIVE) for name in FACTORS)
+    ),
+    formula=r"\tau_i \to k_i\,\tau_i",
+    summary="The motors turn the body by more or less than the model says: a lever or an inertia is another one.",
+    confused_with="gains of all motors, which change the thrust as well; an inertia that is off is the same thing",
+    shown_by="turns about all axes, to both sides: dither of the motors, each on its own",
+    fix="set arm, reaction torque per thrust or inertia by this factor; a bifilar pendulum measures the inertia",
+    inject=truth.editing(_lengthen),
+    substitute=lambda equations, values, body: equations.substitute(
+        {torque: values[name] * symbol(torque) for name, torque in zip(FACTORS, MOTOR_TORQUES, strict=True)}
+    ),
+    needs=("thrust", *MOTOR_TORQUES, "wx", "wy", "wz"),
+    robot="quadrotor",
+)
+
 
 LOOP = (*NUMBERS, "wx_cmd", "wy_cmd", "wz_cmd", "wx", "wy", "wz")
 FEEDBACK, FIRST_FEEDBACK = ("wx", "wy", "wz"), 4
@@ -132,6 +204,5 @@ MOTOR_LAG = Kind(
     hidden=(f"{LAGGED}_memory",),
     robot="quadrotor",
     lagging=True,
-    alike=(Member(ONE_LAG, 0),),
     searching=Searching(starts=steps(1.5, 3.0), shown_in=lambda _: (Shown.DITHER,)),
 )

@@ -1,0 +1,199 @@
+"""Actuators that answer a command with a memory of what went before.
+
+``rate_limit``. An actuator follows its command no faster than a fixed rate: |da'/dt| ≤ r.
+
+``delay``. Commands act late: a(t) → a(t - d).
+
+``lag``. An actuator approaches its command as a first-order filter: τ da'/dt = a - a'.
+
+``dead_band``. Commands within a band do nothing: play in a linkage, or rest around zero (commands of speed).
+"""
+
+from typing import Any
+
+import numpy as np
+
+from sym2real.effects import truth
+from sym2real.effects.body import Body
+from sym2real.effects.kind import DELAY_TIME, NOT_NEGATIVE, UNLIMITED, Kind, Numbers, Parameter
+from sym2real.effects.manoeuvres import EXCITED
+from sym2real.effects.memory import lag, play, rate_limited, shift, zero_band
+from sym2real.effects.searching import Searching, Shown, alone_on, by_role, steps
+from sym2real.protocols import Change, Filter
+from sym2real.trajectory import Array
+
+# The truth integrates a control period in so many pieces.
+PIECES = 200
+
+
+def _rate_limit_parameters(body: Body) -> tuple[Parameter, ...]:
+    unit = f"{body.unit}/s".replace("/s/s", "/s²")
+    low, high, scale = (factor * body.scale for factor in (0.1, 1000, 10))
+    return (Parameter("value", unit, null=UNLIMITED, low=low, high=high, scale=scale, domain=NOT_NEGATIVE),)
+
+
+def _rate_limit_inject(body: Body, values: Numbers) -> Change:
+    step = values["value"] * body.dt / PIECES
+
+    def follow(position: float, command: float) -> tuple[float, float]:
+        """Position after a period of following a command, and its mean over the period, in the command's unit."""
+        passed = []
+        for _ in range(PIECES):
+            before = position
+            position += float(np.clip(command - position, -step, step))
+            passed.append(0.5 * (before + position))
+        return position, float(np.mean(passed))
+
+    return truth.following(body, follow)
+
+
+RATE_LIMIT = Kind(
+    name="rate_limit",
+    stage="filter",
+    parameters=_rate_limit_parameters,
+    formula=r"|\dot a'| \le r",
+    summary="The actuator follows its command no faster than a fixed rate.",
+    confused_with="a lag, whose speed grows with the step",
+    shown_by="small and large steps of the command",
+    fix="raise the limit in the firmware (servo speed, acceleration limit), or limit the commands' rate",
+    inject=_rate_limit_inject,
+    memory=lambda body: rate_limited(),
+    columns="action",
+    searching=Searching(
+        why_not=alone_on("rate command", "thrust", "motors"),
+        starts=lambda body, values: tuple(float(np.std(values)) / body.dt * 0.2 * part for part in (1.0, 3.0)),
+        from_null=False,
+        sizes=lambda body, values: tuple(float(np.std(values)) / body.dt * part for part in (2.0, 1.0, 0.5, 0.2, 0.1)),
+        shown_in=by_role({"speed": (Shown.DITHER, Shown.SPEEDS, Shown.SWINGING_SPEED)}, (Shown.DITHER,)),
+    ),
+)
+
+
+def _delay_parameters(body: Body) -> tuple[Parameter, ...]:
+    return (Parameter("value", "s", null=0.0, low=0.0, high=0.5, scale=2 * body.dt, domain=DELAY_TIME),)
+
+
+def _delay_inject(body: Body, values: Numbers) -> Change:
+    """Whole periods in a queue before the actuators, the rest by MuJoCo's own delayed controls."""
+    columns = body.action_indices()
+    periods = int(values["value"] / body.dt + 1e-9)
+    rest = values["value"] - periods * body.dt
+
+    def begin() -> Filter:
+        """An empty queue, which the first command fills: it is taken to have been held for ever."""
+        queue: list[Array] = []
+
+        def wait(action: Array) -> Array:
+            """What leaves the queue when a command ``# (action,)`` enters it."""
+            queue.extend([action] * (1 if queue else periods + 1))
+            late = action.copy()
+            late[columns] = queue.pop(0)[columns]
+            return late
+
+        return wait
+
+    def edit(spec: Any) -> None:
+        """Give every actuator the rest of the delay."""
+        for actuator in truth.actuators(spec, body):
+            actuator.delay += rest
+            actuator.nsample = int(np.ceil(actuator.delay / spec.option.timestep)) + 2
+
+    return Change("", edit=edit if rest > 1e-9 else None, command=begin if periods else None)
+
+
+DELAY = Kind(
+    name="delay",
+    stage="filter",
+    parameters=_delay_parameters,
+    formula=r"a(t) \to a(t - d)",
+    summary="Commands act some time after they were sent.",
+    confused_with="a lag, and motor lag in hover",
+    shown_by=f"fast changes of the command: {EXCITED}",
+    fix="shorten the way (radio, driver, queue), or let the controller plan with the commands still under way",
+    inject=_delay_inject,
+    memory=lambda body: shift(),
+    columns="action",
+    column_needed=False,
+    searching=Searching(
+        why_not=alone_on("motors"),
+        starts=steps(1.0, 2.0, 4.0),
+        shown_in=by_role({"speed": (Shown.DITHER, Shown.SPEEDS)}, (Shown.DITHER,)),
+    ),
+)
+
+
+def _lag_parameters(body: Body) -> tuple[Parameter, ...]:
+    return (Parameter("value", "s", null=0.0, low=0.0, high=1.0, scale=2 * body.dt, domain=NOT_NEGATIVE),)
+
+
+def _slow(spec: Any, body: Body, values: Numbers) -> None:
+    """MuJoCo's actuator dynamics."""
+    for actuator in truth.actuators(spec, body):
+        truth.set_lag(spec, actuator, values["value"])
+
+
+LAG = Kind(
+    name="lag",
+    stage="filter",
+    parameters=_lag_parameters,
+    formula=r"\tau \dot a' = a - a'",
+    summary="The actuator approaches its command as a first-order filter.",
+    confused_with="a delay; a common lag of the rate commands also with motor lag",
+    shown_by="steps of the command that are held longer than the time constant",
+    fix="stiffen the actuator's own loop, or let the controller plan with the lag",
+    inject=truth.editing(_slow),
+    memory=lambda body: lag(),
+    columns="action",
+    column_needed=False,
+    lagging=True,
+    searching=Searching(
+        why_not=alone_on("motors"),
+        starts=steps(2.5),
+        shown_in=by_role({"speed": (Shown.DITHER, Shown.SPEEDS, Shown.SWINGING_SPEED)}, (Shown.DITHER,)),
+    ),
+)
+
+
+def _widest(body: Body) -> float:
+    return 5 * body.scale
+
+
+def _dead_band_parameters(body: Body) -> tuple[Parameter, ...]:
+    return (
+        Parameter("value", body.unit, null=0.0, low=0.0, high=_widest(body), scale=body.scale, domain=NOT_NEGATIVE),
+    )
+
+
+def _dead_band_inject(body: Body, values: Numbers) -> Change:
+    half = 0.5 * values["value"]
+
+    def play(position: float, command: float) -> tuple[float, float]:
+        position = float(np.clip(position, command - half, command + half))
+        return position, position
+
+    def quiet(position: float, command: float) -> tuple[float, float]:
+        return position, 0.0 if abs(command) <= half else command
+
+    return truth.following(body, quiet if body.unit == "m/s" else play)
+
+
+DEAD_BAND = Kind(
+    name="dead_band",
+    stage="filter",
+    parameters=_dead_band_parameters,
+    formula=r"a' = \mathrm{clip}(a', a - w/2, a + w/2) \;\text{or}\; a' = a\,[|a| > w/2]",
+    summary="Commands within a band do nothing: play in a linkage (speed commands: rest around zero).",
+    confused_with="a lag of the servo",
+    shown_by="slow reversals of the command",
+    fix="take the play out of the linkage, or raise the motor driver's lowest duty",
+    inject=_dead_band_inject,
+    memory=lambda body: zero_band() if body.unit == "m/s" else play(),
+    columns="action",
+    searching=Searching(
+        why_not=alone_on("rate command", "thrust", "motors"),
+        starts=lambda body, values: tuple(min(part * float(np.std(values)), _widest(body)) for part in (0.25, 0.5)),
+        from_null=False,
+        sizes=lambda _, values: tuple(float(np.std(values)) * part for part in (0.05, 0.1, 0.2, 0.5, 1.0, 2.0)),
+        shown_in=by_role({"speed": (Shown.SPEEDS,)}, ()),
+    ),
+)

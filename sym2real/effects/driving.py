@@ -1,0 +1,246 @@
+"""What brakes a robot on wheels, and wheels of other sizes or places.
+
+``rolling_resistance``. A constant deceleration against the motion: F = -r·m·sign(u) along the heading.
+
+``turning_friction``. What brakes a turn of a robot on wheels by a constant torque: τ_z = -c sign(ω_z), beside what its
+file describes.
+
+Wide wheels drill on the floor as the robot turns. One that touches along a line of length b, evenly loaded, does so
+with μ N b/4, by the mean distance from its middle; in a simulator that lets it touch at both ends it is μ N b/2. So
+what is missing may be less than nothing.
+
+``wheel_radius``. Wheels larger or smaller than nominal, one or all: r → k·r, so that they turn 1/k times as much per
+metre.
+
+``track_width``. Wheels further apart, or closer, than nominal: b → k·b, so that a difference of their rates turns less,
+or more.
+
+``slope``. A floor that is not level: a constant force m·g in the plane.
+
+``wheelbase``. Another distance between the axles: L → k·L, so that tan(steer) turns the car 1/k times as much.
+
+``yaw_drag``. A torque against turning: τ_z = -c·J·ω_z, J the yaw inertia about the rear axle.
+"""
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+from sympy import atan, sign, tan
+
+from sym2real.effects import truth
+from sym2real.effects.body import GRAVITY, Body
+from sym2real.effects.kind import POSITIVE, Kind, Numbers, Parameter, Values, of_any_body
+from sym2real.effects.searching import Searching, Shown
+from sym2real.effects.terms import multiplied, raised
+from sym2real.effects.wrench import FORWARD, forward_speed, push, push_ahead, push_turning
+from sym2real.symbolic import Equations, symbol
+from sym2real.symbolic.dry_friction import USUAL_DECELERATION
+from sym2real.vocabulary import DRILLING, TURNING_INERTIA, rate_per_speed, wheel_lever
+
+_of_wheels = partial(Kind, robot="car")
+
+
+def _rolling_resistance_brake(data: Any, body: Body, values: Numbers) -> None:
+    ahead = truth.rotation(data)[:, 0]
+    truth.add_force(data, -values["value"] * body.mass * np.sign(ahead @ truth.velocity(data)) * ahead)
+
+
+ROLLING_RESISTANCE = _of_wheels(
+    name="rolling_resistance",
+    stage="wrench",
+    parameters=of_any_body(Parameter("value", "m/s²", null=0.0, low=0.0, high=5.0, scale=0.5)),
+    formula=r"F = -r\,m\,\mathrm{sign}(u)",
+    summary="Bearings, gears or a soft floor brake the car by a constant force.",
+    confused_with="an offset of the speed command, always; a speed gain at one speed",
+    shown_by="four speeds, forwards and backwards",
+    fix="free the drive train, or raise the speed loop's integral part",
+    inject=truth.pushing(_rolling_resistance_brake),
+    of_joints="joint_friction",
+    substitute=lambda equations, values, body: push_ahead(
+        equations, body, -values["value"] * body.mass * sign(forward_speed(body))
+    ),
+    needs=FORWARD,
+    numbers=("mass",),
+    searching=Searching(shown_in=lambda _: (Shown.SPEEDS,)),
+)
+
+
+def _parameters(body: Body) -> tuple[Parameter, ...]:
+    described, scale = body.numbers.get(DRILLING, 0.0), USUAL_DECELERATION * body.numbers.get(TURNING_INERTIA, 1.0)
+    return (Parameter("value", "N m", null=0.0, low=-described, high=max(30 * scale, described), scale=scale),)
+
+
+def _turning_friction_brake(data: Any, _body: Body, values: Numbers) -> None:
+    truth.add_torque(data, np.array([0.0, 0.0, -values["value"] * np.sign(truth.rates(data)[2])]))
+
+
+TURNING_FRICTION = _of_wheels(
+    name="turning_friction",
+    stage="wrench",
+    parameters=_parameters,
+    formula=r"\tau_z = -c\,\mathrm{sign}(\omega_z)",
+    summary="Wheels that drill or scrub on the floor brake a turn by a constant torque.",
+    confused_with="a gain of both wheels while the robot turns one way at one rate",
+    shown_by="turns both ways, fast and slow",
+    fix="put the torque into the model; narrower or rounder wheels drill less",
+    inject=truth.pushing(_turning_friction_brake),
+    substitute=lambda equations, values, _body: raised(equations, DRILLING, values["value"]),
+    needs=(DRILLING,),
+    numbers=(TURNING_INERTIA,),
+    searching=Searching(shown_in=lambda _: (Shown.BOTH_WAYS,)),
+)
+
+
+# mujoco.mjtGeom, capsules and cylinders: their first size is the radius, the next one half the length.
+LONG = (3, 5)
+
+
+def wheels_of(body: Body) -> tuple[str, ...]:
+    """The bound wheel, or all of them."""
+    return (body.column,) if body.column else body.joints
+
+
+def _resize(spec: Any, body: Body, values: Numbers) -> None:
+    """Of what turns with a wheel the size across its axle, and the axle's height: the robot stands as before."""
+    for wheel in wheels_of(body):
+        turning = spec.joint(wheel).parent
+        x, y, z = turning.pos
+        turning.pos = [x, y, z + (values["value"] - 1.0) * max(geom.size[0] for geom in turning.geoms)]
+        for geom in turning.geoms:
+            radius, *others = values["value"] * geom.size
+            geom.size = [radius, *(geom.size[1:] if int(geom.type) in LONG else others)]
+
+
+WHEEL_RADIUS = _of_wheels(
+    name="wheel_radius",
+    stage="loop",
+    parameters=of_any_body(Parameter("value", "1", null=1.0, low=0.5, high=2.0, scale=0.05, domain=POSITIVE)),
+    formula=r"r \to k\,r",
+    summary="A wheel, or all of them, rolls on a larger or smaller radius than nominal.",
+    confused_with="a gain of the wheels' commands beside a damping, which together are the same",
+    shown_by="straight drives at several speeds; a wheel alone also by the way a straight drive bends",
+    fix="measure the way of some turns of the wheels, under load, and set the radius in the model",
+    inject=truth.editing(_resize),
+    substitute=lambda equations, values, body: multiplied(
+        equations, map(rate_per_speed, wheels_of(body)), 1 / values["value"]
+    ),
+    needs=(DRILLING,),
+    columns="joint",
+    column_needed=False,
+    searching=Searching(shown_in=lambda _: (Shown.SPEEDS,)),
+)
+
+
+UNTURNED = np.array([1.0, 0.0, 0.0, 0.0])
+
+
+def _widen(spec: Any, body: Body, values: Numbers) -> None:
+    """Wheels further from the robot's middle, on whatever bodies they are mounted."""
+    plain = spec.copy().compile()
+    for joint in body.joints:
+        wheel, number = spec.joint(joint).parent, int(plain.jnt_bodyid[plain.joint(joint).id])
+        (_, y, _), axes = truth.placed(plain, int(plain.body_parentid[number]), plain.body_pos[number], UNTURNED)
+        wheel.pos = wheel.pos + (values["value"] - 1.0) * y * axes[1]
+
+
+TRACK_WIDTH = _of_wheels(
+    name="track_width",
+    stage="loop",
+    parameters=of_any_body(Parameter("value", "1", null=1.0, low=0.5, high=2.0, scale=0.05, domain=POSITIVE)),
+    formula=r"b \to k\,b",
+    summary="The wheels of an axle touch the floor further apart, or closer, than nominal.",
+    confused_with="the radius of all wheels while the robot turns on the spot",
+    shown_by="turns on the spot beside straight drives",
+    fix="turn on the spot some times round, and set the width that makes the odometry agree in the model",
+    inject=truth.editing(_widen),
+    substitute=lambda equations, values, body: multiplied(equations, map(wheel_lever, body.joints), values["value"]),
+    needs=(DRILLING,),
+    searching=Searching(shown_in=lambda _: (Shown.BOTH_WAYS,)),
+)
+
+
+def _tilt(spec: Any, body: Body, values: Numbers) -> None:
+    """Gravity tilted, or tilted further, its size unchanged."""
+    tilted = np.add(spec.option.gravity[:2], [values["gx"], values["gy"]])
+    spec.option.gravity = [*tilted, -np.sqrt(GRAVITY**2 - tilted @ tilted)]
+
+
+SLOPE = _of_wheels(
+    name="slope",
+    stage="wrench",
+    parameters=of_any_body(
+        *(Parameter(name, "m/s²", null=0.0, low=-3.0, high=3.0, scale=0.3) for name in ("gx", "gy"))
+    ),
+    formula=r"F = m\,g_{xy}",
+    summary="The floor is not level.",
+    confused_with="wind, always",
+    shown_by="driving in all directions",
+    fix="level the floor, or keep the term in the model",
+    inject=truth.editing(_tilt),
+    of_joints="gravity_tilt",
+    substitute=lambda equations, values, body: push(
+        equations, body, force=(body.mass * values["gx"], body.mass * values["gy"])
+    ),
+    needs=("vx", "vy"),
+    numbers=("mass",),
+    searching=Searching(stood_for_by=lambda _: "wind"),
+)
+
+
+FRONT = 0.1  # m: wheels further ahead than this are the front axle
+
+
+def _wheelbase_substitute(equations: Equations, values: Values, body: Body) -> Equations:
+    return equations.substitute({"steer": atan(tan(symbol("steer")) / values["value"])})
+
+
+def _stretch(spec: Any, body: Body, values: Numbers) -> None:
+    for wheel in spec.worldbody.first_body().bodies:
+        if wheel.pos[0] > FRONT:
+            wheel.pos = [values["value"] * wheel.pos[0], *list(wheel.pos)[1:]]
+
+
+WHEELBASE = _of_wheels(
+    name="wheelbase",
+    stage="thrust",
+    parameters=of_any_body(Parameter("value", "1", null=1.0, low=0.5, high=2.0, scale=0.1, domain=POSITIVE)),
+    formula=r"L \to k\,L",
+    summary="The axles are further apart, or closer, than nominal.",
+    confused_with="a steering gain at low speed, always",
+    shown_by="small and large steering angles; better: a ruler",
+    fix="measure the wheelbase and set it in the model",
+    inject=truth.editing(_stretch),
+    substitute=_wheelbase_substitute,
+    needs=("steer",),
+    searching=Searching(stood_for_by=lambda _: "gain:steer", varying=("steer",), shown_in=lambda _: (Shown.BOTH_WAYS,)),
+)
+
+
+def _inertia(body: Body) -> float:
+    return body.number("jz") + body.mass * body.number("centre") ** 2
+
+
+def _yaw_drag_substitute(equations: Equations, values: Values, body: Body) -> Equations:
+    return push_turning(equations, body, -values["value"] * _inertia(body) * symbol("wz"))
+
+
+def _yaw_drag_brake(data: Any, body: Body, values: Numbers) -> None:
+    truth.add_torque(data, np.array([0.0, 0.0, -values["value"] * _inertia(body) * truth.rates(data)[2]]))
+
+
+YAW_DRAG = _of_wheels(
+    name="yaw_drag",
+    stage="wrench",
+    parameters=of_any_body(Parameter("value", "1/s", null=0.0, low=0.0, high=50.0, scale=4.0)),
+    formula=r"\tau_z = -c\,J\,\omega_z",
+    summary="The car resists turning (scrubbing tyres); while the tyres hold, turns cost speed.",
+    confused_with="lateral slip while the tyres hold; a steering gain or offset on one circle",
+    shown_by="turns both ways at several speeds, beside straight driving",
+    fix="free the differential or the steering's geometry, or keep the term in the model",
+    inject=truth.pushing(_yaw_drag_brake),
+    substitute=_yaw_drag_substitute,
+    needs=("steer", "wz", *FORWARD),
+    numbers=("mass", "wheelbase", "jz", "centre"),
+    searching=Searching(shown_in=lambda _: (Shown.HARD,)),
+)

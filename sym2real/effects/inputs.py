@@ -1,15 +1,16 @@
 """Inputs along a log for equations that use more, or others, than the log was read with."""
 
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
 from sym2real.dataset import Dataset
-from sym2real.effects.voltage import VOLTAGE, settled
+from sym2real.effects.voltage import VOLTAGE, settled, voltage_at_start, with_voltage
 from sym2real.layout import Layout
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Array, Trajectory
-from sym2real.vocabulary import CLOCK, FORCE, VOCABULARY, is_push
+from sym2real.vocabulary import CLOCK, FORCE, THRUST_COLUMN, VOCABULARY, is_push
 
 (TIME,) = CLOCK.columns
 # Of a force that swings, in the middle of the step after a row, rad; what swings in no log has it at zero.
@@ -31,7 +32,24 @@ def with_inputs(inputs: Layout, logs: Dataset) -> Dataset:
     return Dataset(replace(log, inputs=inputs_along(inputs, log), layouts=layouts) for log in logs)
 
 
-def ranges_in(equations: Equations, logs: Dataset) -> tuple[tuple[str, float], ...]:
+def with_inputs_of(equations: Equations, logs: Dataset) -> Equations:
+    """The equations with the ranges of the logs' commands, and the battery's voltage as an input where logs have it."""
+    equations = _with_numbers(equations, _ranges(equations, logs))
+    reference = voltage_at_start(logs)
+    if reference is None or THRUST_COLUMN not in (*equations.layouts.action, *equations.quantities):
+        return equations
+    return _with_voltage(equations, reference)
+
+
+@lru_cache(maxsize=8)
+def _with_numbers(equations: Equations, numbers: tuple[tuple[str, float], ...]) -> Equations:
+    return replace(equations, numbers={**equations.numbers, **dict(numbers)}) if numbers else equations
+
+
+_with_voltage = lru_cache(maxsize=4)(with_voltage)  # the same equations again, of which libraries are kept
+
+
+def _ranges(equations: Equations, logs: Dataset) -> tuple[tuple[str, float], ...]:
     """How far commands go in logs that a model's author named, in whatever unit, each with the name of its number.
 
     Effects on a command are as large as that lets expect. Without those whose range is known, and that never change.

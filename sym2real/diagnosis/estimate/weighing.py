@@ -14,12 +14,13 @@ from sym2real.diagnosis.estimate.simulator import SWITCHED_OFF, flown_along, wit
 from sym2real.diagnosis.estimate.swing import Swing, find_swing
 from sym2real.diagnosis.estimate.whitening import Spread, Whitening, estimate, free_start
 from sym2real.diagnosis.faults.sanity import Checked, Examined, Question
-from sym2real.diagnosis.predict.candidate import Candidate, candidates, library_for, library_of, swings, with_inputs_of
+from sym2real.diagnosis.predict.candidate import Candidate, candidates, library_for, library_of, swings
 from sym2real.diagnosis.predict.competitors import NotTried, competing
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects import effect
+from sym2real.effects.inputs import with_inputs_of
 from sym2real.errors import ModelError
 from sym2real.plants import MujocoPlant
 from sym2real.symbolic import Equations

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import fnmatch
 from collections.abc import Collection, Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 
 from torch import Tensor
@@ -15,11 +15,9 @@ from sym2real.diagnosis.predict.library import Library
 from sym2real.effects import applicable, effect
 from sym2real.effects.catalogue import require_patterns
 from sym2real.effects.groups import Group, holding, others_of
-from sym2real.effects.inputs import ANGLE, pushed, ranges_in
-from sym2real.effects.voltage import voltage_at_start, with_voltage
+from sym2real.effects.inputs import ANGLE, pushed, with_inputs_of
 from sym2real.effects.wrench import with_force_inputs
 from sym2real.symbolic import Equations
-from sym2real.vocabulary import THRUST_COLUMN
 
 
 @dataclass(frozen=True)
@@ -68,22 +66,7 @@ def library_for(
     return library_of(equations, tuple(dict.fromkeys((*competing(equations, data, exclude)[0], *include))))
 
 
-def with_inputs_of(equations: Equations, data: Dataset) -> Equations:
-    """The equations with the ranges of the logs' commands, and the battery's voltage as an input where logs have it."""
-    equations = _with_numbers(equations, ranges_in(equations, data))
-    reference = voltage_at_start(data)
-    if reference is None or THRUST_COLUMN not in (*equations.layouts.action, *equations.quantities):
-        return equations
-    return _with_voltage(equations, reference)
-
-
-@lru_cache(maxsize=8)
-def _with_numbers(equations: Equations, numbers: tuple[tuple[str, float], ...]) -> Equations:
-    return replace(equations, numbers={**equations.numbers, **dict(numbers)}) if numbers else equations
-
-
-_with_forces = lru_cache(maxsize=4)(with_force_inputs)
-_with_voltage = lru_cache(maxsize=4)(with_voltage)  # the same equations again, of which libraries are kept
+_with_forces = lru_cache(maxsize=4)(with_force_inputs)  # the same equations again, of which libraries are kept
 
 
 @lru_cache(maxsize=8)

@@ -36,7 +36,7 @@ def log_plot(log: Trajectory, models: Mapping[str, Predicting]) -> Figure:
 
 def adaptation_plot(adapted: Adaptation) -> Figure:
     """Errors by round."""
-    return _shown(rounds_figure(adapted.reports, adapted.best))
+    return _shown(rounds_figure(adapted.reports))
 
 
 def comparison_plot(comparison: Comparison) -> Figure:

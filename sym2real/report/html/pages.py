@@ -71,7 +71,7 @@ def adaptation_page(adaptation: Adaptation, title: str) -> Page:
     horizon = f"{best.horizon:.3g} s ahead"
     summary = f"Learned {learned}; {horizon} its position is {number(best.prediction, 2)} m off on an unseen log."
     better = "Better than the best model before, with its 95 % interval."
-    table = Table("Rounds", rounds_headings(reports), rounds_rows(reports, on_top), better)
+    table = Table("Rounds", rounds_headings(reports), rounds_rows(reports), better)
     added = (Figures("Every round", rounds_charts(reports)), table)
     return model_page(Given(models, (switch,)), data, title, compare(models[0], data), summary, added=added)
 

@@ -75,7 +75,7 @@ def _euler(draft: Draft, name: str, parts: dict[str, str]) -> None:
         said = by_ratio(ANGLES, share, "the horizontal acceleration over g")
     for column, angle in zip(columns, ("roll", "pitch", "yaw"), strict=True):
         draft.add(column, f"{name} {angle}", *said)
-    draft.attitudes[name] = Attitude(euler=columns, unit=said[0])
+    draft.attitudes[name] = Attitude(euler=columns, unit=said[0])  # type: ignore[arg-type]
 
 
 def angle_unit(draft: Draft, columns: tuple[str, ...], size: float) -> Said:

@@ -83,7 +83,7 @@ BAD = {
     "no list": (GOOD + 'effects = "wind"\n', "case 'one', effects to be a list, found 'wind'"),
     "mechanism": (GOOD + 'mechanisms = [{ mechanism = "swing" }]\n', "case 'one'.*unknown mechanism 'swing'"),
     "its numbers": (
-        GOOD + 'mechanisms = [{ mechanism = "latency", second = 1 }]\n', "expected the numbers value, found second"
+        GOOD + 'mechanisms = [{ mechanism = "latency", second = 1 }]\n', "unexpected keyword argument 'second'"
     ),
     "its robot": (
         GOOD + 'mechanisms = [{ mechanism = "speed_loop_windup", gain = 1, torque = 1 }]\n',

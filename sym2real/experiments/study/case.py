@@ -13,7 +13,7 @@ import numpy as np
 from sym2real.effects import effect
 from sym2real.errors import DataError, ModelError, Sym2RealError, UnknownNameError
 from sym2real.experiments.study.contestants import CONTESTANTS
-from sym2real.experiments.study.mechanisms import MECHANISMS, require_mechanism
+from sym2real.experiments.study.mechanisms import MECHANISMS
 from sym2real.files import read_toml
 from sym2real.plants import MujocoPlant
 from sym2real.registry import Registry
@@ -169,9 +169,7 @@ def require_possible(case: Case) -> None:
     for key, values in case.effects:
         if not values:
             raise ModelError(f"{key}: expected values, found none")
-        effect(key, robot).inject(**values)
-    for name, values in case.mechanisms:
-        require_mechanism(name, robot, values)
+    case.plant(0)
     for key in case.truth:
         effect(key, robot)
 

@@ -2,19 +2,19 @@
 
 A job that has been answered is not run again, so a sweep that was stopped goes on where it was. On this machine the
 jobs run in processes of joblib; with the address of a dask scheduler its workers run them, and what a lost worker had
-begun is begun anew by another. What jobs say of themselves while they run stands in ``running/NAME.txt``.
+begun is begun anew by another. What jobs of this machine say while they run stands in ``running/NAME.txt``.
 """
 
 import json
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
+from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol, TypeAlias
 
 import torch
-from joblib import Parallel, delayed
+from joblib import Parallel, delayed, parallel_config
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 
 from sym2real.errors import DataError, ModelError, Sym2RealError, needing, reason
@@ -22,7 +22,7 @@ from sym2real.files import make_folder, read_object, write_text
 
 Record: TypeAlias = dict[str, Any]
 Tell: TypeAlias = Callable[[str], None]
-ANSWERS, RUNNING, TOPIC = "answers", "running", "sym2real"
+ANSWERS, RUNNING = "answers", "running"
 CONNECT = "10 s"
 MOST_LOST = 3  # times that processes of this machine may be lost, to a lack of memory say
 
@@ -85,14 +85,14 @@ def run_sweep(
     for file in status.glob("*.txt"):
         file.unlink(missing_ok=True)  # of a sweep that was killed, or of one beside this whose job has just ended
     failed: dict[str, str] = {}
-    coming = _on_cluster(rest, cluster, status) if cluster else _on_this_machine(rest, workers, status)
-    for name, record in coming:
-        if "error" in record:
-            failed[name] = record["error"]
-            continue
-        write_text(answer_file(folder, name), json.dumps(record, indent=1))
-        answers[name] = record
-        on_progress(Progress(len(answers), len(jobs), name, record["seconds"]))
+    with _on_cluster(cluster) if cluster else nullcontext():
+        for name, record in _answers(rest, -1 if cluster else workers, None if cluster else status):
+            if "error" in record:
+                failed[name] = record["error"]
+                continue
+            write_text(answer_file(folder, name), json.dumps(record, indent=1))
+            answers[name] = record
+            on_progress(Progress(len(answers), len(jobs), name, record["seconds"]))
     if failed:
         failures = "; ".join(f"{name}: {error}" for name, error in sorted(failed.items()))
         raise ModelError(f"{len(failed)} of {len(jobs)} jobs failed ({failures}); all other answers are in {folder}")
@@ -140,8 +140,12 @@ def running(folder: Path) -> tuple[str, ...]:
 def answered(job: Job, status: Path | None) -> tuple[str, Record]:
     """Run a job in this process: its name and its answer, or ``error`` in its place."""
     torch.set_num_threads(1)
-    tell = _to_events(job.name) if status is None else _to_file(status)
     began = time.perf_counter()
+
+    def tell(text: str) -> None:
+        if status is not None:
+            write_text(status, text)
+
     try:
         tell("begins")
         return job.name, {**job.run(tell), "asked": job.asked, "seconds": time.perf_counter() - began}
@@ -152,21 +156,12 @@ def answered(job: Job, status: Path | None) -> tuple[str, Record]:
             status.unlink(missing_ok=True)
 
 
-def _to_file(status: Path) -> Tell:
-    return lambda text: write_text(status, text)
-
-
-def _to_events(name: str) -> Tell:
-    from distributed import get_worker  # noqa: PLC0415 — an extra
-
-    return lambda text: get_worker().log_event(TOPIC, {"job": name, "text": text})
-
-
-def _on_this_machine(jobs: Sequence[Job], workers: int, status: Path) -> Iterator[tuple[str, Record]]:
+def _answers(jobs: Sequence[Job], workers: int, status: Path | None) -> Iterator[tuple[str, Record]]:
     """Answers as they come; where a process was lost, what it had begun is begun anew."""
     left = {job.name: job for job in jobs}
     for losses in range(MOST_LOST + 1):
-        runs = (delayed(answered)(job, status / f"{job.name}.txt") for job in list(left.values()))
+        places = {name: None if status is None else status / f"{name}.txt" for name in left}
+        runs = (delayed(answered)(job, places[name]) for name, job in list(left.items()))
         try:
             for name, record in Parallel(n_jobs=workers, return_as="generator_unordered", batch_size=1)(runs):
                 del left[name]
@@ -177,25 +172,14 @@ def _on_this_machine(jobs: Sequence[Job], workers: int, status: Path) -> Iterato
                 raise ModelError(f"processes were lost {losses + 1} times: is there enough memory?") from None
 
 
-def _on_cluster(jobs: Sequence[Job], address: str, status: Path) -> Iterator[tuple[str, Record]]:
-    """Answers as they come; the scheduler gives what a lost worker had begun to another."""
+@contextmanager
+def _on_cluster(address: str) -> Iterator[None]:
+    """Joblib's jobs run on dask's workers; the scheduler gives what a lost worker had begun to another."""
     with needing("a cluster needs dask.distributed", "cluster"):
-        from distributed import Client, as_completed  # noqa: PLC0415 — an extra
+        from distributed import Client  # noqa: PLC0415 — an extra
     try:
         client = Client(address, timeout=CONNECT)
     except (OSError, ValueError) as error:
         raise ModelError(f"--cluster: expected the address of a dask scheduler, found {address!r}: {error}") from error
-    left = {job.name for job in jobs}
-
-    def note(event: tuple[float, dict[str, str]]) -> None:
-        if event[1]["job"] in left:  # an event may come after the answer
-            write_text(status / f"{event[1]['job']}.txt", event[1]["text"])
-
-    with client:
-        client.subscribe_topic(TOPIC, note)
-        futures = [client.submit(answered, job, None, pure=False) for job in jobs]
-        for future in as_completed(futures):
-            name, record = future.result()
-            left.discard(name)
-            (status / f"{name}.txt").unlink(missing_ok=True)
-            yield name, record
+    with client, parallel_config("dask", n_jobs=-1):
+        yield

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
-from mcap.reader import make_reader
 from recordings import DRIVE, POSE, Columns, write_bag, write_mcap, write_ulog
 
 from sym2real.errors import DataError, MissingDependencyError
 from sym2real.layout import Layout, Layouts
-from sym2real.logs import LogSpec, inspect_logs, read_log, read_logs, write_log
+from sym2real.logs import LogSpec, inspect_logs, read_log, read_logs
 from sym2real.logs.recordings import Recording, Topic
 from sym2real.trajectory import Trajectory
 
@@ -313,26 +311,3 @@ def test_betaflights_blackbox_opens_with_the_settings_ahead_or_without(explorer:
     path.write_text(path.read_text() + "1, 2\n")
     with pytest.raises(DataError, match=f"row {len(ahead) + 402}: expected 14 values"):
         read_log(path, LogSpec.parse(text))
-
-
-def test_viewers_find_the_pose_of_a_drive_in_an_mcap_file(tmp_path: Path) -> None:
-    angle = np.array([0.0, 0.5, 4.0])
-    state = np.stack([RADIUS * np.cos(angle), RADIUS * np.sin(angle), np.sin(angle), np.cos(angle)], axis=1)
-    extra = {"vbat": np.array([4.0, np.nan, 3.9])}
-    drive = Trajectory(np.array([-0.1, 0.0, 0.05]), state, np.zeros((3, 2)), np.zeros((3, 0)), CAR, extra)
-    write_log(drive, tmp_path / "drive.mcap")
-    with (tmp_path / "drive.mcap").open("rb") as file:
-        sent = [(channel, schema, message) for schema, channel, message in make_reader(file).iter_messages()]
-    assert {channel.topic for channel, _, _ in sent} == {"/state", "/action", "/extra", "/pose", "/tf"}
-    named = {channel.topic: schema.name for channel, schema, _ in sent}
-    assert (named["/pose"], named["/tf"]) == ("foxglove.PoseInFrame", "foxglove.FrameTransform")
-    poses = [json.loads(message.data) for channel, _, message in sent if channel.topic == "/pose"]
-    assert [one["timestamp"] for one in poses] == [{"sec": 0, "nsec": at} for at in (0, 100_000_000, 150_000_000)]
-    for pose, at in zip(poses, angle, strict=True):
-        assert pose["pose"]["position"] == pytest.approx({"x": RADIUS * np.cos(at), "y": RADIUS * np.sin(at), "z": 0.0})
-        turn = pose["pose"]["orientation"]
-        assert np.exp(2j * np.arctan2(turn["z"], turn["w"])) == pytest.approx(np.exp(1j * at))
-    assert {schema.encoding for _, schema, _ in sent} == {"jsonschema"}
-    for channel, schema, message in sent:
-        told = json.loads(message.data, parse_constant=pytest.fail)  # JSON has no NaN
-        assert json.loads(schema.data)["properties"].keys() == told.keys(), channel.topic

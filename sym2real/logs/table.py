@@ -42,7 +42,7 @@ class Table:
         columns: values by the file's own column names, each ``# (rows,)``; an empty cell is NaN.
         lines: what an error calls each row (a CSV's line, counted from 1; a Parquet row, counted from 1) ``# (rows,)``.
         texts: names of the columns that hold text and were left out.
-        metadata: what a file of this package says about itself (Parquet, Arrow, MCAP).
+        metadata: what a file of this package says about itself (Parquet, Arrow).
     """
 
     path: Path
@@ -164,11 +164,8 @@ def file_type(file: Path) -> str:
 def _of_recording(file: Path, recording: Recording, wanted: Collection[str] | None, said: Said) -> Table:
     if not recording.topics:
         raise DataError(file, "a topic with numbers", "none")
-    if recording.metadata is None:
-        columns = recording.together(wanted, said)
-    else:
-        columns = {name: values for topic in recording.topics for name, values in topic.columns.items()}
-    return table_of(file, [*columns], [*columns.values()], 1, recording.metadata)
+    columns = recording.together(wanted, said)
+    return table_of(file, [*columns], [*columns.values()], 1, None)
 
 
 def numbers(table: Table, name: str, cells: Array | Sequence[str]) -> Array | None:

@@ -84,7 +84,10 @@ def _show(outcome: Outcome, out: Path, console: Console) -> dict[str, Any]:
     for note in outcome.notes:
         console.print(note, style="dim", markup=False)
     rows = [dict(zip(outcome.columns, row, strict=True)) for row in outcome.rows]
-    result: dict[str, Any] = {"title": outcome.title, "notes": outcome.notes, "rows": rows, **outcome.curves()}
+    result: dict[str, Any] = {
+        "rows": rows,
+        **{name: getattr(outcome, name) for name in ("title", "notes", "x", "y", "panels")},
+    }
     if outcome.panels:
         result["figure"] = save(outcome_figure(outcome), out, "figure")
         console.print(f"curves in {result['figure']}", markup=False)

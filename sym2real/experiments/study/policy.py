@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import torch
 from numpy.typing import ArrayLike
 
 from sym2real.errors import needing
@@ -24,7 +23,6 @@ from sym2real.protocols import Memoryless
 from sym2real.robots import CRAZYFLIE
 from sym2real.symbolic import Equations
 from sym2real.tasks import Task
-from sym2real.tasks.cost import running_cost
 from sym2real.trajectory import Array
 
 PLAIN = "plain"
@@ -88,6 +86,8 @@ def trained(task: Task, steps: int, seed: int, tell: Tell) -> Policy:
     """
     with needing("PPO needs stable-baselines3", "rl"):
         from stable_baselines3 import PPO  # noqa: PLC0415 — an extra
+    from gymnasium.wrappers import TransformReward  # noqa: PLC0415
+
     from sym2real.plants.gymnasium_view import TaskEnvironment  # noqa: PLC0415 — loads Gymnasium
 
     def told(scope: Mapping[str, Any], _: Mapping[str, Any]) -> bool:
@@ -96,14 +96,8 @@ def trained(task: Task, steps: int, seed: int, tell: Tell) -> Policy:
             tell(f"PPO: step {scope['self'].num_timesteps} of {steps}")
         return True
 
-    plant = MujocoPlant(CRAZYFLIE)
-    cost = running_cost(task, plant.layouts)
-
-    def reward(state: Array, action: Array, reference: Array) -> float:
-        parts = (torch.as_tensor(values, dtype=torch.float64) for values in (state, action, reference))
-        return 1.0 - float(cost(*parts))
-
-    agent = PPO("MlpPolicy", TaskEnvironment(plant, task, reward), seed=seed, device="cpu")
+    environment = TransformReward(TaskEnvironment(MujocoPlant(CRAZYFLIE), task), lambda reward: 1.0 + float(reward))
+    agent = PPO("MlpPolicy", environment, seed=seed, device="cpu")
     agent.learn(steps, callback=told)
     return Policy(agent.predict)
 

@@ -69,13 +69,13 @@ from sym2real.cli import main
 class Stream:
     encoding = "utf-8"
     def write(self, text):
-        os.write(2, str(os.path.exists({str(result)!r}) and os.path.exists({str(tmp_path / "figures")!r})).encode())
+        os.write(2, str(os.path.exists({str(result)!r}) and os.path.exists({str(tmp_path / "page.html")!r})).encode())
         os._exit(0)
     def flush(self): pass
     def isatty(self): return False
     def fileno(self): return 1
 sys.stdout = Stream()
-main(["compare", {str(model)!r}, {str(tmp_path / "flight.csv")!r}, "--out", {str(tmp_path / "figures")!r},
+main(["compare", {str(model)!r}, {str(tmp_path / "flight.csv")!r}, "--report", {str(tmp_path / "page.html")!r},
       "--json", {str(result)!r}])
 """
     main(["simulate", "crazyflie", "circle", "--seconds", "2", "--out", str(tmp_path / "flight.csv")])
@@ -116,7 +116,7 @@ def test_a_stream_that_takes_nothing_is_one_line(model: Path, tmp_path: Path) ->
         "nominal car --wheelbase 0.3 --out new/deep",
         "simulate crazyflie hover --seconds 2 --out new/log.csv",
         "simulate crazyflie hover --seconds 2 --out new/log.parquet",
-        "compare {model} {flight} --out new",
+        "compare {model} {flight} --report new.html",
         "inspect {flight} --out new.toml",
     ],
 )

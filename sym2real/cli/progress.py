@@ -38,19 +38,14 @@ def stages_progress() -> Iterator[Callable[[str], None]]:
 
 def finished_line(report: adaptation.EpisodeReport | adaptation.RoundReport) -> str:
     """One finished episode or round in words."""
-    return round_line(report) if isinstance(report, adaptation.RoundReport) else episode_line(report)
-
-
-def round_line(report: adaptation.RoundReport) -> str:
-    """One finished round of adaptation in words."""
-    how = report.learned
-    learned = f"learned from {how.rows} rows in {how.seconds:.1f} s" if report.number else "the model as it was given"
-    refused = f"; what was learned is not used: {how.refused}" if how.refused else ""
-    effects = f", with {', '.join(how.effects)}" if how.effects else ""
-    flown = f"crashed after {report.rows} rows, " if report.crashed else ""
+    if isinstance(report, adaptation.EpisodeReport):
+        error = "" if report.tracking != report.tracking else f", mean position error {number(report.tracking)} m"
+        return f"episode {report.number + 1}: {report.task}, {report.rows} rows, {report.crashes} crashes{error}"
+    refused = f"; what was learned is not used: {report.learned.refused}" if report.learned.refused else ""
     error = "" if report.error != report.error else f"mean position error {number(report.error)} m, "
     ahead = f"prediction {report.horizon:g} s ahead {number(report.prediction)} m off"
-    return f"round {report.number} on {report.log}: {learned}{effects}{refused}; {flown}{error}{ahead}"
+    crashed = "crashed, " if report.crashed else ""
+    return f"round {report.number} on {report.log}: {crashed}{error}{ahead}{refused}"
 
 
 def _lines() -> Callable[[str], None]:
@@ -66,14 +61,6 @@ def _lines() -> Callable[[str], None]:
             printed, kind = passed, first
 
     return show
-
-
-def episode_line(report: adaptation.EpisodeReport) -> str:
-    """One finished episode in words."""
-    crashed = f", {report.crashes} crashes" if report.crashes else ""
-    tracking = "" if report.tracking != report.tracking else f", mean position error {number(report.tracking)} m"
-    what = f"episode {report.number + 1}: {report.task}, {report.rows} rows{crashed}{tracking}"
-    return f"{what}; fitted in {report.seconds:.1f} s"
 
 
 @contextmanager

@@ -20,7 +20,7 @@ from sym2real.report.html.added import curves, ladder_rows
 from sym2real.report.html.failing import failing
 from sym2real.report.html.formulas import formulas
 from sym2real.report.html.missing import missing
-from sym2real.report.html.observed import Observed, observe
+from sym2real.report.html.observed import observe
 from sym2real.report.html.page import Figures, Lines, Page, Part, Section, Table
 from sym2real.report.html.remaining import remaining
 from sym2real.report.html.render import write_page
@@ -99,7 +99,7 @@ def model_page(
         added: what stands ahead of the curves where something was added; None where nothing was to be.
         found: its diagnosis, if there is one.
     """
-    observed = _observed(variants, data, comparison)
+    observed = observe(variants, data, comparison.start)
     drawn, good, facts = curves(observed), accuracy(comparison, observed), _facts(data)
     sections = [good if added is not None else replace(good, parts=(*good.parts, drawn)), failing(comparison, observed)]
     if lacks is not None:
@@ -143,12 +143,6 @@ def _scored(found: Diagnosis) -> list[Part]:
     if found.gate.best is not None:
         parts.append(Lines("", [sentence(Text.from_markup(gate_line(found.gate, found.gate.best)).plain)]))
     return parts
-
-
-def _observed(variants: Given | WithFindings, data: Dataset, comparison: Comparison) -> Observed:
-    places = {log.name: index for index, log in enumerate(data)}
-    single = [(places[segment.log], segment.start) for segment in comparison.worst if segment.log in places]
-    return observe(variants, data, comparison.start, single)
 
 
 def _facts(data: Dataset) -> list[tuple[str, str]]:

@@ -60,7 +60,7 @@ class RunExperiment:
             return _list(console)
         if self.out is None:
             raise ModelError("expected --out FOLDER: every answer is kept there; `sym2real experiment list` needs none")
-        from sym2real.cli.sweep_progress import sweep_progress
+        from sym2real.cli.progress import sweep_progress
         from sym2real.experiments.study.catalogue import experiment
         from sym2real.experiments.study.effort import FULL, QUICK
         from sym2real.experiments.study.sweep import run_sweep

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -16,7 +17,6 @@ from sym2real.files import require_file
 from sym2real.logs import arrow_file, csv_file, parquet_file
 from sym2real.logs.missing import listed
 from sym2real.logs.recordings import BY_NAMES, RECORDINGS, Recording, Said, is_bag_folder
-from sym2real.logs.split_stamps import whole_stamps
 from sym2real.registry import Registry
 from sym2real.trajectory import Array
 
@@ -29,6 +29,9 @@ COLUMNAR = Registry("columnar log file type", {".parquet": parquet_file.read, ".
 TABLES = (*TEXTS, *COLUMNAR)
 GROWING = Registry("growing log file type", {**COLUMNAR, ".arrow": arrow_file.read})
 READERS = (*TEXTS, *GROWING, *RECORDINGS)
+# Stamps in two columns, as ROS' messages have them: whole seconds, and the nanoseconds since.
+SECONDS = re.compile(r"((.*?)[._/]?)secs?")
+NANOSECONDS = ("nanosec", "nsecs", "nsec")
 # Texts of other endings are more often about the logs beside them.
 IN_FOLDERS = tuple(ending for ending in READERS if ending not in (".txt", ".dat"))
 
@@ -217,3 +220,22 @@ def _check_names(file: Path, names: Sequence[str], cells: Sequence[object]) -> N
             raise DataError(file, "a name for every column", f"none for column {position + 1}", row=1)
         if name in names[:position]:
             raise DataError(file, "every column name once", "the name twice", row=1, column=name)
+
+
+def whole_stamps(columns: Mapping[str, Array]) -> dict[str, Array]:
+    """The columns ``# (rows,)``, where both halves of a stamp stand one column in s in the place of the first.
+
+    It is called what both names begin with, ``header.stamp``, or ``stamp``.
+    """
+    joined = dict[str, Array]()
+    halves = set[str]()
+    for name, values in columns.items():
+        found = SECONDS.fullmatch(name)
+        beside = [found[1] + word for word in NANOSECONDS if found[1] + word in columns] if found else []
+        whole = (found[2] or "stamp") if found and beside else name
+        if whole == name or whole in columns:
+            joined[name] = values
+        else:
+            joined[whole] = values + 1e-9 * columns[beside[0]]
+            halves.add(beside[0])
+    return {name: values for name, values in joined.items() if name not in halves}

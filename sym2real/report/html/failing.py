@@ -1,4 +1,4 @@
-"""Where does it fail? The path coloured by error beyond noise, errors over time and features, the worst seconds."""
+"""Where does it fail? The path coloured by error beyond noise, errors over time, the worst seconds."""
 
 from itertools import pairwise
 
@@ -9,7 +9,6 @@ from sym2real.diagnosis.data.windows import channel_units, judged
 from sym2real.report.charts import Chart, Line, Role, of_model
 from sym2real.report.html.observed import Observed
 from sym2real.report.html.page import Figures, Lines, Part, Section
-from sym2real.report.html.regions import regions
 from sym2real.report.html.sentences import sentence
 from sym2real.report.tables import number
 from sym2real.trajectory import Array
@@ -27,9 +26,6 @@ def failing(comparison: Comparison, observed: Observed) -> Section:
     if comparison.where:
         parts.append(Lines("", [f"{sentence(where.statement)}." for where in comparison.where]))
     parts.append(Figures("Along a log", _along(comparison, observed)))
-    if found := regions(observed, comparison.where):
-        reading = "Bands are 95 % intervals over blocks of a second."
-        parts.append(Figures("Error against what happens", found, reading))
     if comparison.worst:
         parts.append(Lines("The worst seconds", [f"{sentence(segment.statement)}." for segment in comparison.worst]))
     return Section("failing", QUESTION, parts)

@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import ROWS
@@ -41,12 +40,6 @@ class Observed:
     def layout(self) -> Layout:
         """Of the measured states."""
         return self.starts.data.layouts.state
-
-    @property
-    def judged(self) -> NDArray[np.bool_]:
-        """Windows that have an error ``# (W,)``."""
-        first = next(iter(self.by_window.values()))
-        return np.asarray(~np.isnan(first).all(axis=0))
 
 
 def observe(variants: Given | WithFindings, data: Dataset, method: Start = "smoothed") -> Observed:

@@ -209,7 +209,7 @@ USES: dict[str, Callable[[Path], object]] = {
     "run/settings.json": lambda folder: Record(folder, MUSHR.layouts).claim(SETTINGS),
     "found/diagnosis.json": remove_earlier,
 }
-NOT_READ = (".png", ".pt")  # figures; a TorchScript archive is for others
+NOT_READ = (".png", ".pt", ".html")  # figures; a TorchScript archive is for others; pages are for browsers
 
 
 @pytest.fixture

@@ -127,10 +127,10 @@ class AdaptVerb(ABC):
     def _tell(self, adapted: Adaptation, console: Console) -> dict[str, Any]:
         """The table and the figure; what ``adaptation.json`` holds and where things are."""
         from sym2real.adaptation.rounds import ANSWER
-        from sym2real.report.adaptation import rounds_figure, rounds_table
+        from sym2real.report.adaptation import rounds_figure, rounds_report
         from sym2real.report.style import save
 
-        console.print(rounds_table(adapted.reports))
+        console.print(rounds_report(adapted.reports))
         figure = save(rounds_figure(adapted.reports), self.out, FIGURE)
         console.print(f"model of round {adapted.best}, {ANSWER} and figure in {self.out}", markup=False)
         return read_object(self.out / ANSWER, "an adaptation") | {"model": self.out, "figure": figure}

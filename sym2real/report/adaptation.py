@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 from rich.console import Group
+from rich.table import Table
 from rich.text import Text
 
 from sym2real.adaptation import Improvement, RoundReport
@@ -15,11 +16,9 @@ from sym2real.report.figures import charts_figure
 from sym2real.report.tables import compact_table, number
 
 
-def rounds_table(reports: Sequence[RoundReport]) -> Group:
+def rounds_report(reports: Sequence[RoundReport]) -> Group:
     """One row per round, and what the figures mean."""
     ahead, best = f"{reports[0].horizon:.3g} s", reports[best_of(reports)]
-    title = "rounds: the model of each has learned from the logs of those before"
-    table = compact_table(title, rounds_headings(reports), rounds_rows(reports), left=("",))
     lines = [
         f"error: mean distance from the reference; {ahead}: error of the position predicted that far ahead, on the "
         "round's own log, which its model has not seen",
@@ -38,23 +37,19 @@ def rounds_table(reports: Sequence[RoundReport]) -> Group:
     lines += (
         [f"ended: two rounds in a row have not improved the {what} beyond its interval"] if settled(reports) else []
     )
-    return Group(table, *(Text(line) for line in lines))
+    return Group(rounds_table(reports), *(Text(line) for line in lines))
 
 
 def _refused(report: RoundReport) -> bool:
     return bool(report.learned.refused)
 
 
-def rounds_headings(reports: Sequence[RoundReport]) -> list[str]:
-    """Of what :func:`rounds_rows` gives."""
-    return ["round", "rows", "error m", "% better", "cost", f"{reports[0].horizon:.3g} s m", "% better", "λ", "s", ""]
-
-
-def rounds_rows(reports: Sequence[RoundReport]) -> list[list[str]]:
+def rounds_table(reports: Sequence[RoundReport]) -> Table:
     """Figures of every round; the last cell says which model is on top, what crashed, and what was not used."""
-    best = best_of(reports)
-    return [
-        [
+    best, ahead = best_of(reports), f"{reports[0].horizon:.3g} s m"
+    headings = ("round", "rows", "error m", "% better", "cost", ahead, "% better", "λ", "s", "")
+    rows = [
+        (
             str(report.number),
             str(report.learned.rows),
             number(report.error),
@@ -65,9 +60,11 @@ def rounds_rows(reports: Sequence[RoundReport]) -> list[list[str]]:
             number(report.learned.penalty, 1),
             f"{report.learned.seconds:.0f}",
             " ".join(["top"] * (report.number == best) + ["crash"] * report.crashed + ["kept"] * _refused(report)),
-        ]
+        )
         for report in reports
     ]
+    title = "rounds: the model of each has learned from the logs of those before"
+    return compact_table(title, headings, rows, left=("",))
 
 
 def _percent(gain: Improvement) -> str:

@@ -65,5 +65,5 @@ def _names(held_out: Sequence[str], apart: bool) -> str:
     if not held_out:
         return "held-out pieces"
     if len(held_out) <= 3:
-        return ", ".join(held_out)
+        return escape(", ".join(held_out))
     return f"{len(held_out)} logs, {'kept aside' if apart else 'each left out once'}"

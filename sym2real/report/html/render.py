@@ -22,6 +22,7 @@ from sym2real import __version__
 from sym2real.files import write_text
 from sym2real.report.charts import Chart, Line
 from sym2real.report.html.page import Page
+from sym2real.report.html.sentences import plain, sentence
 from sym2real.report.tables import number
 from sym2real.trajectory import Array
 
@@ -109,6 +110,8 @@ def _environment() -> Environment:
     found = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     found.filters["figures"] = lambda value: "–" if not math.isfinite(value) else number(value)
     found.filters["kind"] = lambda part: type(part).__name__
+    found.filters |= {"plain": plain, "sentence": sentence}
+    found.filters["rows"] = lambda table: zip(*(column.cells for column in table.columns), strict=True)
     return found
 
 

@@ -86,7 +86,7 @@ def _show(outcome: Outcome, out: Path, console: Console) -> dict[str, Any]:
     rows = [dict(zip(outcome.columns, row, strict=True)) for row in outcome.rows]
     result: dict[str, Any] = {
         "rows": rows,
-        **{name: getattr(outcome, name) for name in ("title", "notes", "x", "y", "panels")},
+        **{name: value for name, value in vars(outcome).items() if name not in ("columns", "rows")},
     }
     if outcome.panels:
         result["figure"] = save(outcome_figure(outcome), out, "figure")

@@ -5,6 +5,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 import torch
+from gymnasium.wrappers import TransformReward
 
 from sym2real.errors import ModelError
 from sym2real.plants.equations_plant import EquationsPlant
@@ -13,6 +14,8 @@ from sym2real.plants.mujoco_plant import MujocoPlant
 from sym2real.tasks import Task
 from sym2real.tasks.cost import running_cost
 from sym2real.trajectory import Array
+
+__all__ = ["TaskEnvironment", "TransformReward"]
 
 
 class TaskEnvironment(gymnasium.Env[Array, Array]):  # type: ignore[misc]

@@ -84,9 +84,8 @@ def trained(task: Task, steps: int, seed: int) -> Policy:
     """
     with needing("PPO needs stable-baselines3", "rl"):
         from stable_baselines3 import PPO  # noqa: PLC0415 — an extra
-    from gymnasium.wrappers import TransformReward  # noqa: PLC0415
 
-    from sym2real.plants.gymnasium_view import TaskEnvironment  # noqa: PLC0415 — loads Gymnasium
+    from sym2real.plants.gymnasium_view import TaskEnvironment, TransformReward  # noqa: PLC0415 — loads Gymnasium
 
     environment = TransformReward(TaskEnvironment(MujocoPlant(CRAZYFLIE), task), lambda reward: 1.0 + float(reward))
     agent = PPO("MlpPolicy", environment, seed=seed, device="cpu")

@@ -72,7 +72,7 @@ def test_another_question_under_the_same_name_is_refused(tmp_path: Path) -> None
 @pytest.fixture
 def cluster(tmp_path: Path) -> Iterator[tuple[str, list[subprocess.Popen[bytes]]]]:
     """A dask scheduler and two workers, processes of their own."""
-    pytest.importorskip("distributed", reason="needs the extra `cluster`")
+    distributed = pytest.importorskip("distributed", reason="needs the extra `cluster`")
     file = tmp_path / "scheduler.json"
     start = [sys.executable, "-m", "dask"]
     options = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
@@ -85,6 +85,8 @@ def cluster(tmp_path: Path) -> Iterator[tuple[str, list[subprocess.Popen[bytes]]
             time.sleep(0.05)
         alone = ["--nthreads", "1", "--no-nanny", "--no-dashboard"]
         processes += [subprocess.Popen([*start, "worker", *place, *alone], **options) for _ in range(2)]
+        with distributed.Client(address) as client:
+            client.wait_for_workers(2)
         yield address, processes[1:]
     finally:
         for process in processes:

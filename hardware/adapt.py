@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Generic
+from typing import TYPE_CHECKING, Annotated, Any, Generic
 
 import numpy as np
 import tyro
@@ -47,6 +47,19 @@ class Adapt(AdaptVerb, Generic[Kind]):
     """hover, circle or lemniscate; of a car circle, reverse_circle, lemniscate, track or park."""
     laboratory: Annotated[Kind, tyro.conf.arg(name="")]
     """The robot and what sees it."""
+    dry_run: bool = False
+    """Connect, check the robot and say what it is; send, learn and write nothing."""
+
+    def run(self, console: Console) -> dict[str, Any]:
+        """Adapt, or check alone."""
+        from sym2real.cli.model import open_with_progress  # noqa: PLC0415
+
+        if not self.dry_run:
+            return super().run(console)
+        with self.chosen(open_with_progress(self.model), console):
+            words = f"a {self.laboratory.ROBOT.title}, {'a fake one' if self.laboratory.sim else 'connected'}"
+            console.print(f"target: {words}; nothing was flown, learned or written", markup=False)
+            return {"dry_run": words}
 
     @contextmanager
     def chosen(self, model: Model, console: Console) -> Iterator[Chosen]:
@@ -58,9 +71,8 @@ class Adapt(AdaptVerb, Generic[Kind]):
         task = make_task(self.task, robot)
         with self.laboratory.open(task.start(np.random.default_rng(self.seed)), say, dry=self.dry_run) as opened:
             require_ready(opened.link, self.laboratory.checks, say)
-            words = f"a {robot.title}, {'a fake one' if self.laboratory.sim else 'connected'}"
             with self._plant(opened) as plant:
-                yield Chosen(plant, task, robot, words, partial(warm_controller, say=say))
+                yield Chosen(plant, task, robot, partial(warm_controller, say=say))
 
     @contextmanager
     def _plant(self, opened: Opened) -> Iterator[HardwarePlant]:

@@ -56,8 +56,6 @@ class Run(Generic[Kind]):
     """Of the samples and of where the task starts."""
     dry_run: bool = False
     """Everything but arming and sending: MPPI plans for the robot where it stands."""
-    mcap: bool = False
-    """Write the task's log as TASK.mcap too, for Foxglove and PlotJuggler; needs the extra recordings."""
     json: Path | None = None
     """Write the result to this file (- is standard output)."""
 
@@ -140,8 +138,6 @@ class Run(Generic[Kind]):
         comparison = compare(model, logs_for(below(model), (log,), None))
         console.print(comparison_report(comparison))
         console.print(f"the task's log is {log}: sym2real diagnose {self.model} {log}")
-        if self.mcap:
-            write_log(trajectory, log.with_suffix(".mcap"))
         return {"log": log, "comparison": comparison.to_dict()}
 
 

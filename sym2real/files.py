@@ -16,7 +16,6 @@ from sym2real.errors import DataError, reason
 
 Kind = TypeVar("Kind")
 
-LONGEST_NAME = 60  # letters, of up to four bytes; file systems have room for 255 bytes, and there is an ending to come
 
 # By what marks it on the disk, or by its name: who reads a file or folder.
 _READ: ContextVar[dict[object, str]] = ContextVar("what is read")
@@ -163,12 +162,6 @@ def read_toml(path: str | Path, what: str) -> dict[str, Any]:
         return tomllib.loads(read_text(path))
     except (OSError, ValueError, RecursionError) as error:
         raise DataError(path, what, reason(error)) from error
-
-
-def safe_name(text: str) -> str:
-    """A name from elsewhere as the name of one file: no way out of its folder, no hidden file, not too long."""
-    kept = "".join(letter if letter.isprintable() and letter not in '/\\:*?"<>|' else "_" for letter in text)
-    return kept.lstrip(".")[:LONGEST_NAME] or "_"
 
 
 def read_text(path: str | Path) -> str:

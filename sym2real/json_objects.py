@@ -14,6 +14,7 @@ def plain(value: Any) -> Any:
 
     A number that JSON lacks (NaN, infinity) becomes null, a path its text.
     """
+    value = value.tolist() if hasattr(value, "tolist") else value  # NumPy's
     if hasattr(value, "to_dict"):
         return plain(value.to_dict())
     if is_dataclass(value):

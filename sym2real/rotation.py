@@ -65,12 +65,6 @@ def logarithm(quaternion: Tensor) -> Tensor:
     return short[..., 1:] * (2.0 * torch.atan2(sine, short[..., :1]) / sine)
 
 
-def slerp(start: Tensor, end: Tensor, fraction: Tensor) -> Tensor:
-    """Great-circle interpolation from ``start`` (fraction 0) to ``end`` (fraction 1) the short way round."""
-    step = logarithm(multiply(conjugate(start), end))
-    return multiply(start, exponential(fraction[..., None] * step))
-
-
 def from_euler(roll: Tensor, pitch: Tensor, yaw: Tensor) -> Tensor:
     """Quaternion ``# (..., 4)`` of yaw about z, then pitch about the new y, then roll about the new x, in rad."""
     zero = torch.zeros_like(roll)

@@ -1,99 +1,70 @@
-"""Tables of TOML files, checked key by key: every error names file, key, what was expected and what was found."""
+"""Tables of TOML files as dataclasses, whose annotations say what may stand under a key.
 
-import sys
-from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass
+Every error names file, key, what was expected and what was found.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import MISSING, fields, is_dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal, TypeVar, get_args, get_origin, get_type_hints
+
+import msgspec
 
 from sym2real.errors import DataError, UnknownNameError
 
-
-@dataclass(frozen=True)
-class Rule:
-    """What may stand under a key.
-
-    Args:
-        wanted: it in words.
-        fits: whether a value will do.
-        kept: what is made of it.
-    """
-
-    wanted: str
-    fits: Callable[[Any], bool]
-    kept: Callable[[Any], Any] = lambda value: value
+Kind = TypeVar("Kind")
+# What msgspec calls kinds of values, in the words of a user.
+WORDS = {"float": "a number", "int": "a whole number", "str": "a text", "bool": "true or false", "object": "a table",
+         "array": "a list", " | null": "", "Number out of range": "a finite number"}  # fmt: skip
+Positive = Annotated[float, msgspec.Meta(gt=0.0)]
+Count = Annotated[int, msgspec.Meta(ge=0)]
 
 
-TEXT = Rule("a text", lambda value: isinstance(value, str))
-TABLE = Rule("a table", lambda value: isinstance(value, dict))
-SWITCH = Rule("true or false", lambda value: isinstance(value, bool))
-ROWS = Rule("a whole number ≥ 0", lambda value: type(value) is int and value >= 0)
-
-
-def number(wanted: str = "a number > 0", above: float = 0.0) -> Rule:
-    """A number that a float holds, larger than another."""
-    return Rule(wanted, lambda value: type(value) in {int, float} and above < value and _is_held(value), float)
-
-
-def one_of(options: Collection[str]) -> Rule:
-    """One of some texts."""
-    return Rule(f"one of {', '.join(options)}", lambda value: value in [*options])
-
-
-def texts(wanted: str, options: Collection[str] = ()) -> Rule:
-    """A list of texts, of any or of those that there are."""
-    return Rule(
-        wanted,
-        lambda value: (
-            isinstance(value, list)
-            and all(isinstance(text, str) and (not options or text in options) for text in value)
-        ),
-        tuple,
-    )
-
-
-def tables(wanted: str, least: int = 0) -> Rule:
-    """A list of tables, at least so many."""
-    return Rule(
-        wanted,
-        lambda value: (
-            isinstance(value, list) and len(value) >= least and all(isinstance(entry, dict) for entry in value)
-        ),
-    )
-
-
-def checked(
-    file: str | Path,
-    table: Mapping[str, Any],
-    rules: Mapping[str, Rule],
-    *,
-    where: str = "",
-    kind: str = "key",
-    needed: Collection[str] = (),
-) -> dict[str, Any]:
-    """What a table holds, as its rules keep it.
+def of_kind(file: str | Path, table: Mapping[str, Any], kind: type[Kind], *, where: str = "", key: str = "key") -> Kind:
+    """An object of a dataclass from a table, and from the tables in it.
 
     Args:
         file: that it is from.
         table: as it was read.
-        rules: by key.
+        kind: the dataclass; fields without a default must be there.
         where: stands before the key in errors ("time.").
-        kind: what a key is called.
-        needed: keys that must be there.
+        key: what a key is called.
 
     Raises:
         DataError: for the first key that does not exist, is missing, or has a value that it cannot have.
     """
-    if missing := [key for key in needed if key not in table]:
-        raise DataError(file, f"{where}{missing[0]}, {rules[missing[0]].wanted}", f"no {missing[0]}")
-    for key, value in table.items():
-        if key not in rules:
-            raise DataError(file, f"a {kind} that exists", str(UnknownNameError(kind, key, rules)))
-        if not rules[key].fits(value):
-            raise DataError(file, f"{where}{key} to be {rules[key].wanted}", f"{value!r:.80}")
-    return {key: rules[key].kept(value) for key, value in table.items()}
+    hints, needed = get_type_hints(kind, include_extras=True), []
+    for field in fields(kind):  # type: ignore[arg-type]
+        needed += [field.name] if field.default is field.default_factory is MISSING else []
+    if missing := [name for name in needed if name not in table]:
+        raise DataError(file, f"{where}{missing[0]}", f"no {missing[0]}")
+    for name in table:
+        if name not in hints:
+            raise DataError(file, f"a {key} that exists", str(UnknownNameError(key, name, hints)))
+    return kind(**{name: _converted(file, value, hints[name], f"{where}{name}") for name, value in table.items()})
 
 
-def _is_held(value: float) -> bool:
-    """Whether a float holds a number; TOML's integers have no end."""
-    return abs(value) <= sys.float_info.max
+def _converted(file: str | Path, value: Any, hint: Any, place: str) -> Any:
+    inside = get_args(hint)
+    if isinstance(hint, type) and is_dataclass(hint) and isinstance(value, Mapping):
+        return of_kind(file, value, hint, where=f"{place}.", key=f"key of {place}")
+    if get_origin(hint) is Mapping and is_dataclass(inside[1]) and isinstance(value, Mapping):
+        return {name: _converted(file, part, inside[1], f"{place}.{name}") for name, part in value.items()}
+    try:
+        made = msgspec.convert(value, hint)
+    except msgspec.ValidationError as error:
+        raise DataError(file, f"{place} to be {_wanted(hint, str(error))}", f"{value!r:.80}") from None
+    if isinstance(made, float) and not math.isfinite(made):
+        raise DataError(file, f"{place} to be a finite number", f"{value!r}")
+    return made
+
+
+def _wanted(hint: Any, said: str) -> str:
+    literal = next((kind for kind in (hint, *get_args(hint)) if get_origin(kind) is Literal), None)
+    if literal is not None:
+        return f"one of {', '.join(get_args(literal))}"
+    wanted = said.removeprefix("Expected ").partition(", got")[0].partition(" - at")[0].replace("`", "")
+    for name, words in WORDS.items():
+        wanted = wanted.replace(name, words)
+    return wanted

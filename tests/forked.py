@@ -13,8 +13,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from sym2real.cli import main
-from sym2real.cli.unforeseen import OFF
+from sym2real.cli import TRACEBACK, main
 
 SECONDS = 300  # after which a run counts as hung, on a machine that others use; most take one
 
@@ -50,7 +49,7 @@ def forked(
 
     def work() -> None:
         sys.stdout = open(1, "w", encoding=encoding, closefd=False)  # noqa: SIM115
-        os.environ[OFF] = "" if net else "1"
+        os.environ[TRACEBACK] = "" if net else "1"
         if most_bytes is not None:
             resource.setrlimit(resource.RLIMIT_FSIZE, (most_bytes, most_bytes))
         main(arguments)

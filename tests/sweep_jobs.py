@@ -9,8 +9,6 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from sym2real.experiments.study.sweep import Tell
-
 
 @dataclass(frozen=True)
 class Square:
@@ -30,8 +28,7 @@ class Square:
     def asked(self) -> dict[str, Any]:
         return {key: value for key, value in asdict(self).items() if key != "fails"}
 
-    def run(self, tell: Tell) -> dict[str, Any]:
-        tell("squaring")
+    def run(self) -> dict[str, Any]:
         with Path(self.log).open("a") as file:
             file.write(f"{self.value} by {os.getpid()}\n")
         if self.fails:

@@ -1,10 +1,9 @@
-"""Stages II and III: a target with a hidden effect, interrupted, undone and misled; and recordings in its place."""
+"""Stages II and III: a target with a hidden effect, interrupted and misled; and recordings in its place."""
 
 from __future__ import annotations
 
 import json
 import math
-import shutil
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,12 +15,12 @@ import torch
 from adaptation_runs import NARROW, SMALL, adapted_to_wind, windy
 from forked import in_fork
 
-from sym2real.adaptation import Adaptation, Adapting, Improvement, adapt, improvement, undo
+from sym2real.adaptation import Adaptation, Adapting, Improvement, adapt, improvement
 from sym2real.adaptation.episode_report import episode_cost
 from sym2real.adaptation.predictions import horizon_errors, in_shares, one_step_error
 from sym2real.adaptation.progress import silent
 from sym2real.adaptation.round_report import Learned, RoundReport, best_of, settled
-from sym2real.adaptation.rounds import Rounds, report_of
+from sym2real.adaptation.rounds import Rounds
 from sym2real.adaptation.training import Training
 from sym2real.control import RandomCommands, geometric_controller
 from sym2real.dataset import Dataset, Transitions
@@ -29,6 +28,7 @@ from sym2real.diagnosis import add
 from sym2real.effects import compose, effect
 from sym2real.errors import DataError, ModelError
 from sym2real.experiments.learners import NoResidual
+from sym2real.files import read_as
 from sym2real.json_objects import plain
 from sym2real.logs import read_log, read_logs
 from sym2real.neural import Composed, Descent, EnsembleTraining, ResidualMLP, ResidualTraining
@@ -138,24 +138,10 @@ def test_logs_and_models_of_rounds_open_by_themselves(folder: Path, adapted: Ada
     log = read_log(folder / "rounds" / "01" / "log.parquet")
     np.testing.assert_array_equal(log.state, adapted.logs[1][0].state)
     answer = json.loads((folder / "adaptation.json").read_text())
-    assert answer["best"] == answer["on_top"] == adapted.best
+    assert answer["best"] == adapted.best
     assert [entry["error"] for entry in answer["rounds"]] == [report.error for report in adapted.reports]
     on_top = folder / "residual.safetensors"
     assert on_top.read_bytes() == (folder / "rounds" / f"{adapted.best:02d}" / on_top.name).read_bytes()
-
-
-def test_undo_leads_to_any_round_and_back(folder: Path, adapted: Adaptation, tmp_path: Path) -> None:
-    shutil.copytree(folder, tmp_path, dirs_exist_ok=True)
-    before = contents(tmp_path)
-    undo(tmp_path, 0)
-    assert not (tmp_path / "residual.safetensors").exists()
-    assert json.loads((tmp_path / "adaptation.json").read_text())["on_top"] == 0
-    undo(tmp_path, adapted.best)
-    assert contents(tmp_path) == before
-    with pytest.raises(ModelError, match="holds the rounds 0 to 2, found 3"):
-        undo(tmp_path, 3)
-    with pytest.raises(DataError, match="no complete round"):
-        undo(tmp_path / "elsewhere", 0)
 
 
 @dataclass(frozen=True)
@@ -397,11 +383,11 @@ def test_the_report_of_a_round_survives_its_file(tmp_path: Path) -> None:
     file = tmp_path / "round.json"
     for report in (round_of(2), round_of(3, gain=Improvement(), tracking=Improvement(0.1))):
         file.write_text(json.dumps(plain(report)))
-        assert plain(report_of(file)) == plain(report)
-    assert report_of(file).gain.high == math.inf
+        assert plain(read_as(file, RoundReport, "a round")) == plain(report)
+    assert read_as(file, RoundReport, "a round").gain.high == math.inf
     file.write_text('{"number": 1}')
     with pytest.raises(DataError, match=r"round\.json: expected a round of an adaptation, found .*missing"):
-        report_of(file)
+        read_as(file, RoundReport, "a round of an adaptation")
 
 
 @pytest.mark.parametrize(

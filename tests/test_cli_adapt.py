@@ -1,4 +1,4 @@
-"""``sym2real adapt`` as a user types it: in a simulator, with logs, again, undone, and with what cannot be."""
+"""``sym2real adapt`` as a user types it: in a simulator, with logs, again, and with what cannot be."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def test_a_model_adapts_to_a_simulator(place: Path, adapted: dict[str, Any]) -> 
     zero_shot, first = adapted["rounds"]
     assert first["prediction"] < 0.3 * zero_shot["prediction"]
     assert first["gain"]["low"] > 0.0
-    assert (adapted["best"], adapted["on_top"]) == (1, 1)
+    assert adapted["best"] == 1
     assert isinstance(open_model(place / "adapted"), Composed)
     assert Path(adapted["figure"]).stat().st_size > 10_000
     log = place / "adapted" / "rounds" / "01" / "log.parquet"
@@ -62,31 +62,12 @@ def test_the_models_own_constants_are_fitted(place: Path) -> None:
     assert tuned.next["wz"] != MUSHR.nominal().next["wz"]
 
 
-def test_a_dry_run_says_what_it_would_do_and_does_nothing(
-    place: Path, adapted: dict[str, Any], capsys: pytest.CaptureFixture[str]
-) -> None:
-    told = result_of(adapt(place, "--out", str(place / "never"), "--dry-run"), place)
-    assert not (place / "never").exists()
-    assert told["most"] == 11
-    assert any("11 episodes of 6 s, 66 s" in line for line in told["dry_run"])
-    before = {path: path.stat().st_mtime_ns for path in (place / "adapted").rglob("*")}
-    again = result_of(adapt(place, "--rounds", "3", "--out", str(place / "adapted"), "--dry-run"), place)
-    assert len(again["rounds"]) == len(adapted["rounds"])
-    assert {path: path.stat().st_mtime_ns for path in (place / "adapted").rglob("*")} == before
-    with pytest.raises(SystemExit):
-        main(adapt(place, "--out", str(place / "adapted"), "--dry-run", "--seed", "5"))
-    assert "seed: 0 there, 5 now" in capsys.readouterr().err.replace("\n", " ")
-
-
-def test_undo_and_a_second_call_that_continues(place: Path, adapted: dict[str, Any]) -> None:
+def test_a_second_call_continues(place: Path, adapted: dict[str, Any]) -> None:
     out = str(place / "adapted")
-    undone = result_of(adapt(place, "--out", out, "--undo", "0"), place)
-    assert undone["on_top"] == 0
-    assert isinstance(open_model(place / "adapted"), Equations)
     flown = (place / "adapted" / "rounds" / "01" / "log.parquet").stat().st_mtime_ns
     continued = result_of(adapt(place, "--rounds", "1", "--out", out), place)
     assert continued["rounds"] == adapted["rounds"]
-    assert continued["on_top"] == 1
+    assert continued["best"] == 1
     assert (place / "adapted" / "rounds" / "01" / "log.parquet").stat().st_mtime_ns == flown
 
 
@@ -119,8 +100,6 @@ def test_logs_one_a_round_and_their_effects_in_the_equations(place: Path) -> Non
         (["base", "base"], "files that end in"),
         (["base", "drives", "--out", "base"], "another place for --out, found what this command reads as model"),
         (["base", "drives", "--out", "changed"], "holds a model that was not adapted there"),
-        (["base", "drives", "--undo", "3"], "no complete round"),
-        (["base", "drives", "--undo", "-1"], "a whole number from 0 on"),
     ],
 )
 def test_what_cannot_be_is_one_clear_error(

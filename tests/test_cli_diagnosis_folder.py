@@ -61,14 +61,13 @@ def files_in(out: Path) -> set[str]:
 
 def test_the_next_diagnosis_removes_what_the_last_one_wrote_and_nothing_else(logs: Dataset, tmp_path: Path) -> None:
     written(FOUND, logs, tmp_path)
-    assert {"model/equations.json", "simulator/plant.toml", "run_1_predicted.png"} <= files_in(tmp_path)
-    own = {"simulator/mine.txt", "my_predicted.png"}
+    assert {"model/equations.json", "simulator/plant.toml", "report.html"} <= files_in(tmp_path)
+    own = {"simulator/mine.txt", "mine.html"}
     for name in own:
         (tmp_path / name).write_text("mine")
-    (tmp_path / "run_9_predicted.png").write_text("mine too")
     short = Dataset([replace(logs[0], name="another")])
     written(NOTHING, short, tmp_path)
-    assert files_in(tmp_path) == {"diagnosis.json", "run_9_predicted.png", *own, "another_predicted.png"}
+    assert files_in(tmp_path) == {"diagnosis.json", "report.html", *own}
     assert not (tmp_path / "model").exists()
 
 
@@ -92,7 +91,7 @@ def test_what_predictions_do_not_bear_out_is_not_written(logs: Dataset, tmp_path
 def test_an_interrupted_drawing_leaves_the_answer_and_the_model(
     logs: Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("sym2real.report.figures.predictions_of", lambda *_: signal.raise_signal(signal.SIGINT))
+    monkeypatch.setattr("sym2real.report.html.pages.diagnosis_page", lambda *_: signal.raise_signal(signal.SIGINT))
     assert "interrupted" in written(FOUND, logs, tmp_path)
     assert load_model(tmp_path / "model").effects[0][0] == "added_mass"
 

@@ -80,10 +80,9 @@ def test_the_object_is_the_designs(folder: Path, diagnosed: dict[str, Any]) -> N
     assert all(wanted == statement.keys() for statement in diagnosed["where"])
 
 
-def test_it_leaves_figures_a_model_and_a_simulator(folder: Path, diagnosed: dict[str, Any]) -> None:
+def test_it_leaves_a_page_a_model_and_a_simulator(folder: Path, diagnosed: dict[str, Any]) -> None:
     out = folder / "found"
-    for name in ("ladder", "run_1_predicted"):
-        assert (out / f"{name}.png").stat().st_size > 10_000
+    assert (out / "report.html").stat().st_size > 10_000
     heavier = load_model(out / "model")
     assert noted(heavier)[0].startswith("added_mass value=0.00")
     value = diagnosed["findings"][0]["parameters"]["value"]["value"]
@@ -119,7 +118,6 @@ def test_a_hypothesis_is_fitted_held_out_and_written(folder: Path, logs: list[st
     fitted = tried["finding"]["parameters"]["value"]["value"]
     assert tried["effects"] == [{"effect": "added_mass", "values": {"value": fitted}}]
     assert (tmp_path / "heavier" / "simulator" / "robot.xml").exists()
-    assert (tmp_path / "heavier" / "figures" / "ladder.png").exists()
 
 
 def test_a_sag_that_was_found_per_volt_is_per_volt_in_the_model(tmp_path: Path) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
 
@@ -10,7 +9,6 @@ import pytest
 
 import sym2real
 from sym2real.cli import VERBS, main, numbers
-from sym2real.cli.parsing import fitted
 from sym2real.robots import robot
 
 
@@ -56,19 +54,6 @@ def test_diagnose_says_when_an_interrupt_leaves_an_answer(capsys: pytest.Capture
     said = " ".join(help_of(["diagnose"], capsys).split())
     assert "Once the progress line says that it searches, Ctrl-C ends what is being done there" in said
     assert "and keeps what is done; earlier it ends without an answer" in said
-
-
-@pytest.mark.skipif(os.name != "posix", reason="no sh")
-@pytest.mark.parametrize("program", ["sym2real", "python"])
-def test_a_wrapped_command_is_the_command_for_a_shell(program: str) -> None:
-    verb = "-m hardware.run" if program == "python" else "diagnose"
-    command = f"  {program} {verb} runs/base " + " ".join(f"flight{i}.csv" for i in range(9)) + " --spec flight.toml"
-    lines = fitted(command, 80).splitlines()
-    assert max(len(line) for line in lines) <= 80
-    assert lines[-1].strip() == "--spec flight.toml"
-    script = f'{program}() {{ printf "%s\\n" {program} "$@"; }}\n' + "\n".join(lines)
-    ran = subprocess.run(["sh", "-c", script], capture_output=True, text=True, check=True)
-    assert ran.stdout.split() == command.split()
 
 
 def test_the_version_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
@@ -124,14 +109,3 @@ def test_a_number_that_cannot_be_read(
 def test_the_most_samples_are_those_of_mppi() -> None:
     """Said twice, because the help must not wait for the controller's libraries."""
     assert numbers.MOST_SAMPLES == robot.MOST_SAMPLES
-
-
-def test_an_error_is_wrapped_between_words(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
-    monkeypatch.setenv("NO_COLOR", "1")
-    with pytest.raises(SystemExit):
-        main(["show", "x" * 100])
-    lines = capsys.readouterr().err.splitlines()
-    assert len(lines) > 1
-    assert "x" * 100 in "".join(lines)
-    assert all(len(line) <= 80 or " " not in line for line in lines)

@@ -170,7 +170,7 @@ def measured(tmp_path_factory: pytest.TempPathFactory) -> Path:
         "export model latex --out model/equations.json",
         "show model --json flight.csv",
         "show model --json model/parameters.safetensors",
-        "compare model flight.csv --spec crazyflie_battery_drag --out model",
+        "compare model flight.csv --spec crazyflie_battery_drag --report model/equations.json",
         "add model wind fx=0.1 --out model",
         "add model wind fx=0.1 --out new --json new/equations.json",
         "export model python --out same --json same",

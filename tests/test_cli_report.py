@@ -9,7 +9,6 @@ import pytest
 from cli_results import result_of
 from report_pages import BASE, logs
 
-from sym2real.cli import main
 from sym2real.logs import write_log
 from sym2real.symbolic import save_model
 
@@ -47,6 +46,3 @@ def test_adapt_writes_a_page_of_recorded_flights(
     assert questions(out / "page.html") == ["How good is the model?", "Where does it fail?",
                                             "What happens when it is added?", "What remains?"]  # fmt: skip
     assert result["best"] == 1
-    with pytest.raises(SystemExit):
-        main([*adapting[:2], str(folder), "--undo", "0", "--out", str(out), "--report", str(out / "page.html")])
-    assert "without --report" in capsys.readouterr().err

@@ -5,7 +5,6 @@ from __future__ import annotations
 import errno
 import json
 import os
-import re
 import shutil
 import subprocess
 import sys
@@ -15,9 +14,8 @@ from pathlib import Path
 import pytest
 from forked import forked
 
-from sym2real.cli import VERBS, main
+from sym2real.cli import TRACEBACK, VERBS, main
 from sym2real.cli.show import Show
-from sym2real.cli.unforeseen import OFF
 from sym2real.data import example_flight
 from sym2real.robots import CRAZYFLIE
 from sym2real.symbolic import save_model
@@ -71,13 +69,13 @@ from sym2real.cli import main
 class Stream:
     encoding = "utf-8"
     def write(self, text):
-        os.write(2, str(os.path.exists({str(result)!r}) and os.path.exists({str(tmp_path / "figures")!r})).encode())
+        os.write(2, str(os.path.exists({str(result)!r}) and os.path.exists({str(tmp_path / "page.html")!r})).encode())
         os._exit(0)
     def flush(self): pass
     def isatty(self): return False
     def fileno(self): return 1
 sys.stdout = Stream()
-main(["compare", {str(model)!r}, {str(tmp_path / "flight.csv")!r}, "--out", {str(tmp_path / "figures")!r},
+main(["compare", {str(model)!r}, {str(tmp_path / "flight.csv")!r}, "--report", {str(tmp_path / "page.html")!r},
       "--json", {str(result)!r}])
 """
     main(["simulate", "crazyflie", "circle", "--seconds", "2", "--out", str(tmp_path / "flight.csv")])
@@ -118,7 +116,7 @@ def test_a_stream_that_takes_nothing_is_one_line(model: Path, tmp_path: Path) ->
         "nominal car --wheelbase 0.3 --out new/deep",
         "simulate crazyflie hover --seconds 2 --out new/log.csv",
         "simulate crazyflie hover --seconds 2 --out new/log.parquet",
-        "compare {model} {flight} --out new",
+        "compare {model} {flight} --report new.html",
         "inspect {flight} --out new.toml",
     ],
 )
@@ -134,7 +132,7 @@ def test_a_full_disk_is_one_line_and_leaves_nothing(command: str, model: Path, t
 
 
 @pytest.mark.parametrize("failure", [ZeroDivisionError("no such thing"), MemoryError(), RecursionError("too\ndeep")])
-def test_what_nobody_foresaw_is_one_line_and_a_file(
+def test_what_nobody_foresaw_is_one_line(
     failure: Exception, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fail(self: Show, console: object) -> None:
@@ -143,7 +141,7 @@ def test_what_nobody_foresaw_is_one_line_and_a_file(
     monkeypatch.setattr(Show, "run", fail)
     with pytest.raises(type(failure)):
         main(["show", "a model"])
-    monkeypatch.setenv(OFF, "")
+    monkeypatch.setenv(TRACEBACK, "")
     with pytest.raises(SystemExit) as stopped:
         main(["show", "a model"])
     assert stopped.value.code == 70
@@ -152,11 +150,6 @@ def test_what_nobody_foresaw_is_one_line_and_a_file(
     assert printed.err.startswith(f"error: {type(failure).__name__}")
     assert printed.err.count("\n") == 1
     assert "please report it" in printed.err
-    file = Path(re.findall(r"with (\S+\.txt)", printed.err)[0])
-    text = file.read_text()
-    file.unlink()
-    for part in ("sym2real show 'a model'", "Traceback", type(failure).__name__, "torch ", "Python 3"):
-        assert part in text
 
 
 @pytest.mark.parametrize("verb", VERBS)

@@ -63,7 +63,7 @@ task = "circle"
 BAD = {
     "no TOML": ("[[case", "cases in TOML"),
     "no title": (GOOD.replace('title = "mine"\n', ""), "no title"),
-    "no case": ('title = "mine"\ncontestants = []\ncase = 3\n', "at least one"),
+    "no case": ('title = "mine"\ncontestants = []\ncase = 3\n', "case to be a list, found 3"),
     "contestant": (GOOD.replace('"sr-nn"', '"sr-mm"'), "did you mean.*'sr-nn'"),
     "strange field": (GOOD + 'wind = 3\n', "unknown field 'wind'"),
     "robot": (GOOD.replace("crazyflie", "crazyfly"), "case 'one'.*did you mean 'crazyflie'"),
@@ -73,17 +73,17 @@ BAD = {
     "a list for columns": (GOOD.replace('"circle"', '"regulate"') + "options = { goal = [1] }\n", "case 'one'"),
     "effect": (GOOD + 'effects = [{ effect = "winds", fx = 0.1 }]\n', "case 'one'.*did you mean 'wind'"),
     "parameter": (GOOD + 'effects = [{ effect = "wind", fw = 0.1 }]\n', "case 'one'.*fw"),
-    "no number": (GOOD + 'effects = [{ effect = "wind", fx = true }]\n', "wind, fx to be a finite number, found True"),
+    "no number": (GOOD + 'effects = [{ effect = "wind", fx = true }]\n', "effects to be a number, found .*True"),
     "a number without end": (
-        GOOD + f'effects = [{{ effect = "wind", fx = 1{"0" * 400} }}]\n', "wind, fx to be a finite number, found 1000"
+        GOOD + f'effects = [{{ effect = "wind", fx = 1{"0" * 400} }}]\n', "to be a finite number, found .*1000"
     ),
     "an option without end": (GOOD + f'options = {{ radius = 1{"0" * 400} }}\n', "case 'one'"),
     "too many digits": (f"title = 1{'0' * 5000}\n", "cases in TOML, found .*digits"),
     "nested without end": (f"title = {'[' * 5000}\n", "cases in TOML"),
-    "no list": (GOOD + 'effects = "wind"\n', r"case 'one', effects to be a list of \{ effect = NAME"),
+    "no list": (GOOD + 'effects = "wind"\n', "case 'one', effects to be a list, found 'wind'"),
     "mechanism": (GOOD + 'mechanisms = [{ mechanism = "swing" }]\n', "case 'one'.*unknown mechanism 'swing'"),
     "its numbers": (
-        GOOD + 'mechanisms = [{ mechanism = "latency", second = 1 }]\n', "expected the numbers value, found second"
+        GOOD + 'mechanisms = [{ mechanism = "latency", second = 1 }]\n', "unexpected keyword argument 'second'"
     ),
     "its robot": (
         GOOD + 'mechanisms = [{ mechanism = "speed_loop_windup", gain = 1, torque = 1 }]\n',

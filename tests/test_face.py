@@ -30,10 +30,8 @@ from sym2real import (
     read_log,
     try_effect,
 )
-from sym2real.dataset import Dataset
 from sym2real.errors import DataError, ModelError, ShapeError
 from sym2real.registry import Registry
-from sym2real.report.figures import draw_comparison
 from sym2real.report.style import save
 from sym2real.robots import ROBOTS, Motors, fit_thrust_per_unit
 from sym2real.upward import OWNERS, upward
@@ -209,16 +207,6 @@ def test_a_log_is_drawn_with_and_without_models(flight: Trajectory, equations: E
     assert len([one for one in both.axes if one.get_visible()]) == len(flight.layouts.state.columns)
     with pytest.raises(ShapeError, match="found 5"):
         flight.rows(0, 5).plot(model=equations)
-
-
-@pytest.mark.parametrize("names", [("flight", "flight"), ("x" * 70 + "1", "x" * 70 + "2")], ids=["alike", "long"])
-def test_logs_of_one_name_have_figures_of_their_own(
-    names: tuple[str, str], flight: Trajectory, equations: Equations, tmp_path: Path
-) -> None:
-    """Files of one name in two folders, and names that differ behind what a file's name has room for."""
-    data = Dataset(replace(flight.rows(0, 60), name=name) for name in names)
-    drawn = draw_comparison(equations, data, compare(equations, data), tmp_path)
-    assert len({*drawn}) == len(list(tmp_path.iterdir())) == 3
 
 
 def test_legends_cover_no_data(flight: Trajectory, equations: Equations) -> None:

@@ -65,15 +65,6 @@ def test_euler_angles_compose_as_their_matrices(roll: float, pitch: float, yaw: 
     assert float(torch.cos(rotation.tilt(q))) == pytest.approx(np.cos(pitch) * np.cos(roll), abs=1e-9)
 
 
-def test_slerp_turns_at_a_constant_rate() -> None:
-    axis = torch.tensor([0.0, 0.6, 0.8], dtype=torch.float64)
-    start, end = rotation.exponential(0.2 * axis), -rotation.exponential(1.4 * axis)
-    fractions = torch.linspace(0, 1, 7, dtype=torch.float64)
-    path = rotation.slerp(start, end, fractions)
-    angles = rotation.logarithm(rotation.multiply(rotation.conjugate(start), path)).norm(dim=-1)
-    torch.testing.assert_close(angles, 1.2 * fractions)
-
-
 @pytest.mark.parametrize("layout", [QUADROTOR, CAR], ids=["quadrotor", "car"])
 @settings(max_examples=30)
 @given(seed=st.integers(0, 10_000))

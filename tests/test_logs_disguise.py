@@ -195,7 +195,7 @@ def test_stamps_that_stand_are_refused(tmp_path: Path) -> None:
         inspect_logs(tmp_path / "log.csv")
 
 
-def test_the_delay_of_the_steering_is_seen(tmp_path: Path) -> None:
+def test_a_car_is_read_by_usual_names(tmp_path: Path) -> None:
     time, position, yaw, speed, steer = car()
     columns = {
         "t": time, "x": position[:, 0], "y": position[:, 1], "yaw": yaw, "yaw_rate": np.gradient(yaw, time),
@@ -204,23 +204,19 @@ def test_the_delay_of_the_steering_is_seen(tmp_path: Path) -> None:
     pd.DataFrame(columns).to_csv(tmp_path / "car.csv", index=False)
     found = inspect_logs(tmp_path / "car.csv")
     assert {"steer", "speed", "yaw", "wz"} <= found.spec.columns.keys()
-    evidence = next(row.evidence for row in found.rows if row.column == "steer")
-    assert any(f"{late} ms later" in evidence for late in (150, 200))
 
 
-@pytest.mark.parametrize("turn", [1.0, -1.0])
-def test_pulses_of_a_servo_are_left_to_the_user(tmp_path: Path, turn: float) -> None:
+def test_pulses_of_a_servo_are_left_to_the_user(tmp_path: Path) -> None:
     time, position, yaw, speed, steer = car()
     columns = {
         "t": time, "x": position[:, 0], "y": position[:, 1], "heading_deg": np.degrees(yaw),
-        "servo_us": np.round(1500 + turn * 1000 * steer), "speed_setpoint": speed,
+        "servo_us": np.round(1500 + 1000 * steer), "speed_setpoint": speed,
     }  # fmt: skip
     pd.DataFrame(columns).to_csv(tmp_path / "car.csv", index=False)
     found = inspect_logs(tmp_path / "car.csv")
     assert "steer" not in found.spec.columns
-    assert found.suspected_flips == (() if turn > 0 else ("servo_us",))
     line = next(line for line in found.toml().splitlines() if line.startswith("# steer ="))
-    text = found.toml().replace(line, line[2:]).replace("# flip =", "flip =")
+    text = found.toml().replace(line, line[2:])
     accepted = read_log(tmp_path / "car.csv", LogSpec.parse(text))
     assert np.allclose(accepted.column("steer"), steer, atol=5.1e-4)
 
@@ -313,16 +309,11 @@ def test_without_stamps_the_rate_is_unknown(tmp_path: Path) -> None:
 
 def test_remarks_on_columns(tmp_path: Path) -> None:
     log = pd.read_csv(example_flight())
-    held = np.repeat(log["vbat"].to_numpy()[::10], 10)[: len(log)]
-    log = log.assign(zero=0.0, copy=log["px"], held=held, clipped=log["vx"].clip(-0.5, 0.5), mode="HOVER")
+    log = log.assign(zero=0.0, mode="HOVER")
     log.to_csv(tmp_path / "log.csv", index=False)
     rows = inspect_logs(tmp_path / "log.csv").rows
     remarks = {name: "; ".join(row.evidence for row in rows if row.column == name) for name in log.columns}
     assert "constant at 0" in remarks["zero"]
-    assert "the same numbers as 'px'" in remarks["copy"]
-    assert "held: 9" in remarks["held"]
-    assert "saturates at -0.5 (" in remarks["clipped"]
-    assert "and 0.5 (" in remarks["clipped"]
     assert next(row.evidence for row in rows if row.column == "mode") == "text, left out"
     assert [row.confidence for row in rows if row.column == "zero"] == ["unknown"]  # one row for both
 

@@ -73,13 +73,10 @@ def test_csv_keeps_every_bit(tmp_path_factory: pytest.TempPathFactory, written: 
     assert [file.name for file in path.parent.iterdir()] == ["run.csv"]
 
 
-@pytest.mark.parametrize("ending", ["parquet", "mcap"])
 @settings(max_examples=20, deadline=None)
-@given(written=trajectories(MEASURED))
-def test_every_bit_and_the_groups_are_kept(
-    tmp_path_factory: pytest.TempPathFactory, ending: str, written: Trajectory
-) -> None:
-    path = tmp_path_factory.mktemp(ending) / f"other_name.{ending}"
+@given(trajectories(MEASURED))
+def test_every_bit_and_the_groups_are_kept(tmp_path_factory: pytest.TempPathFactory, written: Trajectory) -> None:
+    path = tmp_path_factory.mktemp("parquet") / "other_name.parquet"
     write_log(written, path)
     read = read_log(path)
     assert_same(read, written)

@@ -6,16 +6,14 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import pytest
 from motor_flights import MIXER, equations, motor_flights, reordered
-from proposals import with_proposed_motors
 
 from sym2real.data import example_flight
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.faults.motor_columns import order_of_motors, spin_said, turned_the_other_way
 from sym2real.diagnosis.faults.sanity import check
-from sym2real.logs import LogSpec, inspect_logs, read_logs
+from sym2real.logs import read_logs
 from sym2real.logs.motor_order import ORDERS, Turning, motor_order
 from sym2real.robots import Motors, quadrotor
 
@@ -168,17 +166,3 @@ def test_other_real_flights(shared_data: Path, folder: str, spin: tuple[int, ...
     for path in sorted((shared_data / folder).glob("*.csv")):
         model = equations(spin)
         assert order_of_motors(model, read_logs(path, folder, model.layouts, model.dt)) is None, path.stem
-
-
-def test_inspection_proposes_the_order_as_a_comment(tmp_path: Path) -> None:
-    columns = [f"motor{i}_cmd" for i in range(1, 5)]
-    flight = pd.read_csv(example_flight())
-    assert not any("motors" in row.meaning for row in inspect_logs(example_flight()).rows)
-    flight[columns] = flight[[columns[place] for place in PX4]].to_numpy()
-    flight.to_csv(tmp_path / "log.csv", index=False)
-    found = inspect_logs(tmp_path / "log.csv")
-    assert "motors look permuted" in {row.meaning for row in found.rows}
-    assert LogSpec.parse(found.toml()) == found.spec
-    accepted = LogSpec.parse(with_proposed_motors(found.toml()))
-    plain = read_logs(example_flight(), "crazyflie_battery_drag")[0]
-    np.testing.assert_array_equal(read_logs(tmp_path / "log.csv", accepted)[0].action, plain.action)

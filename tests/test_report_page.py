@@ -18,12 +18,10 @@ from sym2real import rotation
 from sym2real.diagnosis import Estimate, Finding, compare, predict_windows
 from sym2real.diagnosis.score.finding import applied
 from sym2real.effects.along_logs import prepared
-from sym2real.report.html.arrays import Arrays
-from sym2real.report.html.formulas import formulas
-from sym2real.report.html.mathml import mathml
+from sym2real.report.html.formulas import formulas, mathml
 from sym2real.report.html.observed import observe
 from sym2real.report.html.pages import comparison_page, diagnosis_page
-from sym2real.report.html.render import in_script, render
+from sym2real.report.html.render import Arrays, in_script, render
 from sym2real.report.html.sentences import sentences
 from sym2real.report.html.signals import signals, unwrapped
 from sym2real.report.html.variants import Given, WithFindings, subsets
@@ -46,27 +44,13 @@ EVERY_KIND = (
 )
 
 
-def unpacked(arrays: Arrays, number: int) -> np.ndarray:
-    """As the page's script does it."""
-    about = arrays.directory[number]
-    planes = np.frombuffer(zlib.decompress(base64.b64decode(arrays.text)), dtype=np.uint8)
-    count = len(planes) // 2
-    steps = np.cumsum(planes[:count].astype(np.int64) | planes[count:].astype(np.int64) << 8).astype(np.int16)
-    rows = len(about["scale"])
-    values = steps[about["at"] :][: rows * about["length"]].reshape(rows, about["length"]).astype(float)
-    values[values == -32768] = np.nan
-    return np.array(about["middle"])[:, None] + np.array(about["scale"])[:, None] * values
-
-
 @given(st.lists(st.floats(-1e6, 1e6) | st.just(float("nan")), min_size=2, max_size=40), st.integers(1, 3))
-def test_numbers_come_back_to_a_65000th_of_their_range(values: list[float], copies: int) -> None:
+def test_numbers_come_back_to_five_digits(values: list[float], copies: int) -> None:
     arrays, given_values = Arrays(), np.array([values] * copies) * np.arange(1, copies + 1)[:, None]
     arrays.add(np.array([1.0, 2.0]))
     assert arrays.add(given_values) == arrays.add(given_values) == 1
-    spread = np.nan_to_num(np.nanmax(given_values, 1) - np.nanmin(given_values, 1)) if np.isfinite(values).any() else 0
-    found = unpacked(arrays, 1)
-    assert (np.isnan(found) == np.isnan(given_values)).all()
-    assert (np.nan_to_num(np.abs(found - given_values)) <= np.atleast_1d(spread)[:, None] / 65000 + 1e-9).all()
+    found = np.array(json.loads(zlib.decompress(base64.b64decode(arrays.text)))[1], dtype=np.float64)
+    np.testing.assert_allclose(found, given_values, rtol=1e-4)
 
 
 def test_switches_are_the_findings_and_nothing_else() -> None:
@@ -129,13 +113,11 @@ def test_a_heading_that_turns_has_no_jumps() -> None:
 
 def test_a_formula_is_well_formed_and_marks_what_is_new() -> None:
     expression = parse_expression("vx + 0.02*(k*vx**2 - cos(z)) - 3*Piecewise((y, y > 0), (k, True))")
-    printed = mathml(expression, [symbol("k")], {"k": "drag|acting"})
+    printed = mathml(expression, [symbol("k")])
     tree = ElementTree.fromstring(f"<all>{printed}</all>")
     terms = tree.findall("math")
     assert [term.get("class") for term in terms].count("new") == 2
     assert len(terms) == 3
-    assert {one.text for one in tree.iter("mtext")} >= {"acting", "otherwise"}
-    assert not any(element.text == "k" for element in tree.iter("mi"))
 
 
 @given(st.text())

@@ -209,7 +209,7 @@ USES: dict[str, Callable[[Path], object]] = {
     "run/settings.json": lambda folder: Record(folder, MUSHR.layouts).claim(SETTINGS),
     "found/diagnosis.json": remove_earlier,
 }
-NOT_READ = (".png", ".pt")  # figures; a TorchScript archive is for others
+NOT_READ = (".png", ".pt", ".html")  # figures; a TorchScript archive is for others; pages are for browsers
 
 
 @pytest.fixture
@@ -306,13 +306,13 @@ def test_a_log_leads_no_figure_out_of_its_folder(written: Path, here: Path) -> N
 
 def draw(here: Path) -> list[Path]:
     from sym2real.report.charts import Chart, Line
-    from sym2real.report.figures import _save, charts_figure, path_figure
+    from sym2real.report.figures import charts_figure, path_figure
+    from sym2real.report.style import save
 
     (log,) = read_logs(here / "log.parquet", layouts=MUSHR.layouts)
-    figures = {log.name: path_figure(log)}
     chart = Chart("x", "", "time in s", "x in m", log.time, [Line("measured", "measured", log.column("x"))], "time")
     assert charts_figure([chart], f"{log.name}: measured").get_suptitle().startswith(log.name)
-    return list(_save(figures, here / "figures"))
+    return [save(path_figure(log), here / "figures", "path")]
 
 
 @payload_of_each_kind

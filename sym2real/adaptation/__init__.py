@@ -1,11 +1,10 @@
 """Stage I: learning a base model in a plain simulator. Stages II and III: adapting a model to a target."""
 
-from sym2real.adaptation.adapt import Adaptation, Adapting, adapt, rounds_to_continue
+from sym2real.adaptation.adapt import Adaptation, Adapting, adapt
 from sym2real.adaptation.episode_report import EpisodeReport, episode_cost, episode_error, tracking_error
 from sym2real.adaptation.improvement import Improvement, improvement
 from sym2real.adaptation.progress import Progress
 from sym2real.adaptation.round_report import RoundReport, settled
-from sym2real.adaptation.rounds import undo
 from sym2real.adaptation.stage_one import BaseModel, StageOne, learn_base, stage_one
 
 __all__ = [
@@ -22,9 +21,7 @@ __all__ = [
     "episode_error",
     "improvement",
     "learn_base",
-    "rounds_to_continue",
     "settled",
     "stage_one",
     "tracking_error",
-    "undo",
 ]

@@ -20,7 +20,7 @@ from sym2real.adaptation.improvement import Improvement, improvement
 from sym2real.adaptation.predictions import STRIDE, horizon_errors, in_shares, one_step_error
 from sym2real.adaptation.progress import OnProgress, Progress, silent
 from sym2real.adaptation.round_report import Learned, RoundReport, best_of, settled
-from sym2real.adaptation.rounds import Rounds, rounds_in
+from sym2real.adaptation.rounds import Rounds
 from sym2real.adaptation.target import Flights, MakeController, Recordings, Target, reference_errors
 from sym2real.adaptation.training import Inform, Training, digest_of
 from sym2real.control import mppi_controller
@@ -155,25 +155,6 @@ def adapt(
     rounds.claim(settings_of_run(base, source, learner, settings, inform))
     training = Training(learner, inform, robot, settings.seed, on_progress)
     return _Loop(base, source, robot, training, settings, rounds, on_progress).run()
-
-
-def rounds_to_continue(
-    base: Model,
-    target: Plant | Sequence[Dataset | Trajectory],
-    task: Task | None,
-    learner: Learner[Any, Any],
-    settings: Adapting,
-    *,
-    folder: Path,
-    inform: Inform | None = None,
-) -> tuple[RoundReport, ...]:
-    """The rounds that :func:`adapt` would find in a folder, and continue; nothing flies and nothing is written.
-
-    Arguments and errors are those of :func:`adapt`.
-    """
-    source = source_of(target, task, getattr(target, "robot", None), settings, silent)
-    Rounds(folder, source.layouts).require_same(settings_of_run(base, source, learner, settings, inform))
-    return rounds_in(folder)
 
 
 def settings_of_run(

@@ -29,20 +29,17 @@ class Record:
     layouts: Layouts
 
     def claim(self, settings: dict[str, Any]) -> None:
-        """Note what the folder's run is, or check that it is the same run; errors as of :meth:`require_same`."""
-        self.require_same(settings)
-        if self.folder is not None and not (self.folder / SETTINGS).exists():
-            text = json.dumps(settings, indent=1, default=int)  # NumPy has integers of its own
-            write_text(self.folder / SETTINGS, text)
-
-    def require_same(self, settings: dict[str, Any]) -> None:
-        """Refuse a folder that holds another run; nothing is written.
+        """Note what the folder's run is, or check that it is the same run.
 
         Raises:
             ModelError: when the folder holds a run with other settings.
             DataError: when its settings cannot be read.
         """
-        if self.folder is None or not (self.folder / SETTINGS).exists():
+        if self.folder is None:
+            return
+        if not (self.folder / SETTINGS).exists():
+            text = json.dumps(settings, indent=1, default=int)  # NumPy has integers of its own
+            write_text(self.folder / SETTINGS, text)
             return
         found = read_object(self.folder / SETTINGS, "the settings of a run")
         differing = sorted(key for key in settings | found if settings.get(key) != found.get(key))

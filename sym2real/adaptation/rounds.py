@@ -13,7 +13,7 @@ from typing import Any
 from sym2real.adaptation.record import Record
 from sym2real.adaptation.round_report import Learned, RoundReport, best_of, settled
 from sym2real.dataset import Dataset
-from sym2real.errors import DataError, ModelError
+from sym2real.errors import ModelError
 from sym2real.files import make_folder, read_as, whole, write_text
 from sym2real.json_objects import plain
 from sym2real.layout import Layouts
@@ -37,13 +37,7 @@ class Rounds:
     layouts: Layouts
 
     def claim(self, settings: dict[str, Any]) -> None:
-        """Note what the folder's run is, or check that it is the same run; errors as of :meth:`require_same`."""
-        self.require_same(settings)
-        if self.folder is not None:
-            Record(self.folder / ROUNDS, self.layouts).claim(settings)
-
-    def require_same(self, settings: dict[str, Any]) -> None:
-        """Refuse a folder that holds something else; nothing is written.
+        """Note what the folder's run is, or check that it is the same run.
 
         Raises:
             ModelError: when the folder holds another run, or a model that no run has made.
@@ -53,7 +47,7 @@ class Rounds:
             return
         if is_model(self.folder) and not (self.folder / ROUNDS).exists():
             raise ModelError(f"{self.folder} holds a model that was not adapted there; choose another folder")
-        Record(self.folder / ROUNDS, self.layouts).require_same(settings)
+        Record(self.folder / ROUNDS, self.layouts).claim(settings)
 
     def model(self, number: int, learn: Callable[[], tuple[Model, Learned]]) -> tuple[Model, Learned]:
         """The model of a round and how it came about: as kept, or learned and kept."""
@@ -80,14 +74,15 @@ class Rounds:
         path = round_folder(self.folder, number) / REPORT
         if not path.exists():
             write_text(path, json.dumps(plain(score()), indent=1))
-        return report_of(path)
+        return read_as(path, RoundReport, "a round of an adaptation")
 
     def put_on_top(self, model: Model, reports: Sequence[RoundReport]) -> None:
         """The best model at the top of the folder, and beside it what happened in every round."""
         if self.folder is None:
             return
         save_model(model, self.folder)
-        write_answer(self.folder, reports, best_of(reports))
+        answer = {"best": best_of(reports), "settled": settled(reports), "rounds": reports}
+        write_text(self.folder / ANSWER, json.dumps(plain(answer), indent=1) + "\n")
 
 
 def is_model(folder: Path) -> bool:
@@ -98,48 +93,3 @@ def is_model(folder: Path) -> bool:
 def round_folder(folder: Path, number: int) -> Path:
     """Where a round is kept."""
     return folder / ROUNDS / f"{number:02d}"
-
-
-def report_of(path: Path) -> RoundReport:
-    """What a round showed, from its file.
-
-    Raises:
-        DataError: when it cannot be read.
-    """
-    return read_as(path, RoundReport, "a round of an adaptation")
-
-
-def write_answer(folder: Path, reports: Sequence[RoundReport], on_top: int) -> None:
-    """Write ``adaptation.json``: every round, the best one, and the one whose model lies at the top."""
-    answer = {
-        "best": best_of(reports),
-        "on_top": on_top,
-        "settled": settled(reports),
-        "rounds": reports,
-    }
-    write_text(folder / ANSWER, json.dumps(plain(answer), indent=1) + "\n")
-
-
-def rounds_in(folder: Path) -> tuple[RoundReport, ...]:
-    """The complete rounds that a folder holds."""
-    reports: list[RoundReport] = []
-    while (path := round_folder(folder, len(reports)) / REPORT).exists():
-        reports.append(report_of(path))
-    return tuple(reports)
-
-
-def undo(folder: Path, number: int) -> tuple[RoundReport, ...]:
-    """Put the model of an earlier round at the top; all rounds stay, and with them the way back.
-
-    Raises:
-        DataError: for a folder without a complete round.
-        ModelError: for a round that it does not hold.
-    """
-    reports = rounds_in(folder)
-    if not reports:
-        raise DataError(folder, "the folder of an adaptation", "no complete round in it")
-    if not 0 <= number < len(reports):
-        raise ModelError(f"{folder} holds the rounds 0 to {len(reports) - 1}, found {number}")
-    save_model(open_model(round_folder(folder, number)), folder)
-    write_answer(folder, reports, number)
-    return reports

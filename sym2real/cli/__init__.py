@@ -60,7 +60,6 @@ from sym2real.cli.run import Run
 from sym2real.cli.show import Show
 from sym2real.cli.simulate import Simulate
 from sym2real.cli.terminal import ending_in_words, progress_console, put, stop
-from sym2real.cli.unforeseen import net_is_off, told_of
 from sym2real.errors import DataError, Sym2RealError, UnknownNameError
 
 # A verb per module: a frozen dataclass whose fields are its options, ``json`` among them. Its ``run(console)`` does the
@@ -86,6 +85,7 @@ VERBS: dict[str, Any] = {
 OF_SEVERAL = {
     "nominal": "First-principles equations: from numbers alone, or from a robot's MJCF."
 }  # verbs whose words are in no class
+TRACEBACK = "SYM2REAL_TRACEBACK"  # set to 1, errors that nobody foresaw come as tracebacks
 
 
 def verbs(*, in_short: bool = False) -> Any:
@@ -99,8 +99,8 @@ def verbs(*, in_short: bool = False) -> Any:
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run one verb.
 
-    Exits with 2 and one clear message on bad input, with 130 on Ctrl-C, and with 70 and the place of a report on an
-    error that nobody foresaw. Results go to standard output, errors and progress to standard error.
+    Exits with 2 and one clear message on bad input, with 130 on Ctrl-C, and with 70 on an error that nobody
+    foresaw. Results go to standard output, errors and progress to standard error.
     """
     given = list(sys.argv[1:] if arguments is None else arguments)
     with ending_in_words("interrupted: files that were already written stay"):
@@ -109,9 +109,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
         except (Sym2RealError, OSError):
             raise
         except Exception as error:
-            if net_is_off():
+            if os.environ.get(TRACEBACK, "") not in ("", "0"):
                 raise
-            stop(f"error: {told_of(error, given)}", 70)
+            what = f"{type(error).__name__}: {error}"[:200]
+            stop(f"error: {what}, a fault of sym2real: please report it with what {TRACEBACK}=1 prints", 70)
 
 
 def _main(given: list[str]) -> None:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from rich.console import Console
 
-from sym2real.cli.numbers import Count, Memory, OptionalRound, OptionalSamples, OptionalSeconds, Seed, steps_in
+from sym2real.cli.numbers import Count, Memory, OptionalSamples, OptionalSeconds, Seed, steps_in
 from sym2real.cli.of_logs import OfLogs
 from sym2real.cli.positionals import HtmlFile, JsonFile, ModelPlace, OptionalTask, TargetPlace
 from sym2real.errors import ModelError
@@ -19,7 +19,7 @@ from sym2real.files import read_object
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from sym2real.adaptation import Adapting, RoundReport
+    from sym2real.adaptation import Adaptation, Adapting
     from sym2real.adaptation.progress import OnProgress
     from sym2real.adaptation.training import Inform
     from sym2real.cli.adapt_target import Chosen
@@ -59,10 +59,6 @@ class AdaptVerb(ABC):
     round asks anew, with all logs. The learner gets what is left."""
     seed: Seed = 0
     """Of the start, MPPI's samples, noise and first weights."""
-    dry_run: bool = False
-    """Say what would be done and what is there already; fly, learn and write nothing."""
-    undo: OptionalRound = None
-    """Put the model of this round at the top of OUT, and do nothing else; 0 is the model as it was given."""
     report: HtmlFile = None
     json: JsonFile = None
 
@@ -72,25 +68,15 @@ class AdaptVerb(ABC):
 
     def run(self, console: Console) -> dict[str, Any]:
         """Adapt, print the table, write the figure."""
-        from sym2real.adaptation import undo
-        from sym2real.cli.model import open_with_progress, require_another_folder
-
-        if self.undo is not None:
-            if self.report:
-                raise ModelError("--undo trains nothing: expected it without --report")
-            return self._tell(undo(self.out, self.undo), self.undo, console)
-        require_another_folder(self.model, self.out)
-        model = open_with_progress(self.model)
-        with self.chosen(model, console) as chosen:
-            return self._foretell(model, chosen, console) if self.dry_run else self._adapted(model, chosen, console)
-
-    def _adapted(self, model: Model, chosen: Chosen, console: Console) -> dict[str, Any]:
         from sym2real.adaptation import adapt
+        from sym2real.cli.model import open_with_progress, require_another_folder
         from sym2real.cli.output import title_of, write_report
         from sym2real.cli.progress import stage_one_progress
         from sym2real.report.html.pages import adaptation_page
 
-        with stage_one_progress() as on_progress:
+        require_another_folder(self.model, self.out)
+        model = open_with_progress(self.model)
+        with self.chosen(model, console) as chosen, stage_one_progress() as on_progress:
             adaptation = adapt(
                 *self._asked(model, chosen),
                 robot=chosen.robot,
@@ -99,7 +85,7 @@ class AdaptVerb(ABC):
                 on_progress=on_progress,
                 controller=chosen.controller,
             )
-        result = self._tell(adaptation.reports, adaptation.best, console)
+        result = self._tell(adaptation, console)
         if self.report:
             page = adaptation_page(adaptation, title_of(self.out, "adapted"))
             result["report"] = write_report(page, self.report, console)
@@ -138,43 +124,15 @@ class AdaptVerb(ABC):
             raise ModelError(f"--diagnose: effects go into equations; {self.model} is made of networks")
         return informing(plain_simulator(base), lambda what: on_progress(Progress(f"diagnosing: {what}", 0, 0)))
 
-    def _foretell(self, model: Model, chosen: Chosen, console: Console) -> dict[str, Any]:
-        """What would be done, and what is there already."""
-        from sym2real.adaptation import rounds_to_continue
-        from sym2real.adaptation.progress import silent
-
-        asked = self._asked(model, chosen)
-        done = rounds_to_continue(*asked, folder=self.out, inform=self._inform(model, silent))
-        most = self.rounds + 1
-        if chosen.task is None or chosen.robot is None:
-            most = min(most, len(chosen.target))  # type: ignore[arg-type]
-            flights = f"nothing flies; at most {most} logs are used, the last of them to score"
-        else:
-            seconds = asked[-1].steps * chosen.robot.dt
-            flights = f"{chosen.task.name}: at most {most} episodes of {seconds:g} s, {most * seconds:g} s in all"
-        there = f"rounds 0 to {len(done) - 1} of this run, which goes on behind them" if done else "no round yet"
-        lines = [
-            f"model: {self.model}",
-            f"target: {chosen.words}",
-            flights,
-            f"learner: {self.learner}{', after a diagnosis' if self.diagnose else ''}",
-            f"in {self.out}: {there}",
-            "nothing was flown, learned or written",
-        ]
-        for line in lines:
-            console.print(line, markup=False)
-        return {"dry_run": lines, "rounds": done, "most": most}
-
-    def _tell(self, reports: Sequence[RoundReport], on_top: int, console: Console) -> dict[str, Any]:
+    def _tell(self, adapted: Adaptation, console: Console) -> dict[str, Any]:
         """The table and the figure; what ``adaptation.json`` holds and where things are."""
-        from sym2real.adaptation import settled
         from sym2real.adaptation.rounds import ANSWER
-        from sym2real.report.adaptation import rounds_figure, rounds_table
+        from sym2real.report.adaptation import rounds_figure, rounds_report
         from sym2real.report.style import save
 
-        console.print(rounds_table(reports, on_top, settled(reports)))
-        figure = save(rounds_figure(reports, on_top), self.out, FIGURE)
-        console.print(f"model of round {on_top}, {ANSWER} and figure in {self.out}", markup=False)
+        console.print(rounds_report(adapted.reports))
+        figure = save(rounds_figure(adapted.reports), self.out, FIGURE)
+        console.print(f"model of round {adapted.best}, {ANSWER} and figure in {self.out}", markup=False)
         return read_object(self.out / ANSWER, "an adaptation") | {"model": self.out, "figure": figure}
 
 
@@ -192,8 +150,8 @@ class Adapt(OfLogs, AdaptVerb):
 
     A model that was adapted before flies as it is in round 0; the rounds learn on its equations from their own logs.
 
-    OUT holds the best model, which every verb opens, adaptation.json and a figure, and in rounds/NN the model and the
-    log of every round. An interrupted run continues there; --undo N puts the model of an earlier round in its place.
+    OUT holds the best model, which every verb opens, adaptation.json and a figure, and in rounds/NN the model of every
+    round, which they open too, and its log. An interrupted run continues there.
 
     For example:
       sym2real add runs/base wind fx=0.02 --out runs/windy

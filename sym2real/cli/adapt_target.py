@@ -28,14 +28,12 @@ class Chosen:
         target: a plant, or recordings.
         task: what is flown; None with recordings.
         robot: None where the model names none that is known.
-        words: what it is, for a person.
         controller: makes what flies a model; MPPI by default.
     """
 
     target: Plant | tuple[Dataset, ...]
     task: Task | None
     robot: Robot | None
-    words: str
     controller: MakeController | None = None
 
 
@@ -86,9 +84,7 @@ def _recordings(base: Base, folder: Path, spec: LogSpec | None) -> Chosen:
     found = logs_of(folder, spec)
     logs_for(base, [folder], spec)  # no log may be there twice
     logs = tuple(logs_for(base, files, spec, upsample=True) for files in found)
-    names = ["+".join(file.name for file in files) for files in found]
-    rows = ", ".join(f"{name} ({log.rows} rows)" for name, log in zip(names, logs, strict=True))
-    return Chosen(logs, None, robot_of(base), f"{len(logs)} logs: {rows}")
+    return Chosen(logs, None, robot_of(base))
 
 
 def _simulator(base: Base, target: str, name: str, noise: bool) -> Chosen:
@@ -96,6 +92,4 @@ def _simulator(base: Base, target: str, name: str, noise: bool) -> Chosen:
     plant = load_plant(target) if Path(target).is_dir() else MujocoPlant(ROBOTS[target])
     if plant.robot.name != base.robot:
         raise ModelError(f"{target} is a {plant.robot.name}; the model is of a {base.robot}")
-    changes = ", ".join(change.name for change in plant.changes) or "nothing beyond the description"
-    words = f"the simulator of {target}: {changes}{', with sensor noise' if noise else ''}"
-    return Chosen(NoisyPlant(plant) if noise else plant, make_task(name, plant.robot), plant.robot, words)
+    return Chosen(NoisyPlant(plant) if noise else plant, make_task(name, plant.robot), plant.robot)

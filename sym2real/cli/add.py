@@ -36,7 +36,7 @@ class Add(OfFit):
       sym2real add runs/base "term:fz=0.02*vx*vx" --out runs/term
     """
 
-    FOLDERS: ClassVar = ("simulator", "figures")
+    FOLDERS: ClassVar = ("simulator",)
     OUT_IS_NEW: ClassVar = True
 
     model: ModelPlace
@@ -75,11 +75,11 @@ class Add(OfFit):
         if self.fit:
             if not chosen or any(values for _, values in chosen):
                 raise ModelError("--fit finds the values of effects: expected their names alone")
-            tried, figures = self._fitted(base, [key for key, _ in chosen], console)
+            tried = self._fitted(base, [key for key, _ in chosen], console)
             chosen = [(found.effect, found.values) for found in tried.findings]
             for finding in tried.findings:
                 base = finding.bound(base)
-            result = {**tried.to_dict(), "figures": figures}
+            result = tried.to_dict()
         else:
             require_values(effects, ", or --fit LOG to find it")
             for line in beyond_bounds(effects):
@@ -100,8 +100,8 @@ class Add(OfFit):
         about = {"notes": [*about_model, *result.get("notes", ())]} if about_model else {}
         return {"model": self.out, "effects": added, "latex": changed.latex(), **result, **about}
 
-    def _fitted(self, base: Equations, keys: Sequence[str], console: Console) -> tuple[Tried, list[Path]]:
-        from sym2real.cli.found import plain_simulator, write_figures
+    def _fitted(self, base: Equations, keys: Sequence[str], console: Console) -> Tried:
+        from sym2real.cli.found import plain_simulator
         from sym2real.cli.progress import stages_progress
         from sym2real.diagnosis import try_effect
         from sym2real.report.diagnosis import tried_report
@@ -110,9 +110,7 @@ class Add(OfFit):
         with stages_progress() as on_progress:
             tried = try_effect(base, keys, data, plain_simulator(base), **told, on_progress=on_progress)
         console.print(tried_report(tried))
-        figures = list(write_figures(base, tried.apply(base), data, tried, self.out / "figures"))
-        console.print(f"figures in {self.out / 'figures'}", markup=False)
-        return tried, figures
+        return tried
 
 
 def _changed(base: Equations, changed: Equations) -> list[str]:

@@ -1,7 +1,6 @@
 """``sym2real compare``: how far a model's predictions are from logs."""
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, Literal
 
 from rich.console import Console
@@ -16,7 +15,7 @@ class Compare(OfLogs):
 
     Windows start every 0.1 s, are driven by what the log says was sent, and are measured at their end.
 
-    Example: sym2real compare runs/base flight.csv --spec flight.toml --out runs/compare
+    Example: sym2real compare runs/base flight.csv --spec flight.toml --report compared.html
     """
 
     model: ModelPlace
@@ -24,8 +23,6 @@ class Compare(OfLogs):
     """Logs: CSV, Parquet, bags, MCAP, ULog."""
     start: Literal["smoothed", "measured"] = "smoothed"
     """Start windows from the last ten rows, smoothed, or from the measured row."""
-    out: Path | None = None
-    """Folder for figures: error over the horizon, measured against predicted."""
     report: HtmlFile = None
     json: JsonFile = None
 
@@ -45,13 +42,7 @@ class Compare(OfLogs):
         data = with_lost_commands(model, data) if isinstance(model, Equations) else data
         comparison = compare(model, data, start=self.start, region=training_region(folder_of(self.model)))
         console.print(comparison_report(comparison))
-        figures = []
-        if self.out:
-            from sym2real.report.figures import draw_comparison
-
-            figures = draw_comparison(model, data, comparison, self.out)
-            console.print(f"figures in {self.out}", markup=False)
-        result = {**comparison.to_dict(), "figures": figures}
+        result = comparison.to_dict()
         if self.report:
             page = comparison_page(model, data, comparison, title_of(self.model, "compared"))
             result["report"] = write_report(page, self.report, console)

@@ -60,17 +60,17 @@ class RunExperiment:
             return _list(console)
         if self.out is None:
             raise ModelError("expected --out FOLDER: every answer is kept there; `sym2real experiment list` needs none")
-        from sym2real.cli.sweep_progress import sweep_progress
+        from sym2real.cli.progress import sweep_progress
         from sym2real.experiments.study.catalogue import experiment
         from sym2real.experiments.study.effort import FULL, QUICK
         from sym2real.experiments.study.sweep import run_sweep
 
         chosen = experiment(self.name, self.cases, self.contestants)
         effort = (FULL if self.full else QUICK).of_seeds(self.seeds)
-        console.print(f"preparing {self.name}", style="dim", markup=False)
-        jobs = chosen.jobs(effort)
-        with sweep_progress(console, self.out) as on_progress:
-            answers = run_sweep(jobs, self.out, workers=self.jobs, cluster=self.cluster, on_progress=on_progress)
+        with sweep_progress() as on_progress:
+            answers = run_sweep(
+                chosen.jobs(effort), self.out, workers=self.jobs, cluster=self.cluster, on_progress=on_progress
+            )
         return _show(chosen.outcome(effort, answers), self.out, console)
 
 
@@ -84,7 +84,10 @@ def _show(outcome: Outcome, out: Path, console: Console) -> dict[str, Any]:
     for note in outcome.notes:
         console.print(note, style="dim", markup=False)
     rows = [dict(zip(outcome.columns, row, strict=True)) for row in outcome.rows]
-    result: dict[str, Any] = {"title": outcome.title, "notes": outcome.notes, "rows": rows, **outcome.curves()}
+    result: dict[str, Any] = {
+        "rows": rows,
+        **{name: value for name, value in vars(outcome).items() if name not in ("columns", "rows")},
+    }
     if outcome.panels:
         result["figure"] = save(outcome_figure(outcome), out, "figure")
         console.print(f"curves in {result['figure']}", markup=False)

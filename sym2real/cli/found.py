@@ -6,9 +6,9 @@ from typing import Any
 
 from rich.console import Console
 
-from sym2real.cli.output import write_json
+from sym2real.cli.output import title_of, write_json
 from sym2real.dataset import Dataset
-from sym2real.diagnosis import Diagnosis, Tried
+from sym2real.diagnosis import Diagnosis
 from sym2real.diagnosis.faults.sanity import check
 from sym2real.effects import as_simulated
 from sym2real.effects.visible import visible_state
@@ -21,7 +21,7 @@ from sym2real.robots.own import robot_of
 from sym2real.symbolic import Equations
 from sym2real.symbolic.storage import PARTS, save_model
 
-ANSWER, FILES = "diagnosis.json", "files"
+ANSWER, PAGE, FILES = "diagnosis.json", "report.html", "files"
 
 
 def plain_simulator(equations: Equations) -> MujocoPlant | None:
@@ -59,20 +59,10 @@ def write_simulator(informed: Equations, folder: Path, console: Console) -> tupl
     return tuple(folder / name for name in PLANT_PARTS if (folder / name).exists())
 
 
-def write_figures(
-    base: Equations, informed: Equations | None, data: Dataset, found: Diagnosis | Tried, folder: Path
-) -> Iterator[Path]:
-    """Figures of the base and the informed model on the logs, the faults of the data undone, one after the other."""
-    from sym2real.report.figures import draw_found
-
-    models = {"base": base} if informed is None else {"base": base, "with what was found": informed}
-    yield from draw_found(models, check(base, data).data, found, folder)
-
-
 def write_diagnosis(
     base: Equations, data: Dataset, diagnosis: Diagnosis, out: Path, console: Console
 ) -> dict[str, Any]:
-    """Write the answer, its figures and, where something is established, model and simulator; Ctrl-C ends that.
+    """Write the answer, its page and, where something is established, model and simulator; Ctrl-C ends that.
 
     Args:
         base, data, diagnosis: the model, the logs and what they tell of it.
@@ -89,7 +79,7 @@ def write_diagnosis(
     try:
         for file in _files(base, data, diagnosis, out, console):
             written.append(file.relative_to(out).as_posix())
-        console.print(f"{ANSWER} and figures in {out}", markup=False)
+        console.print(f"{ANSWER} and {PAGE} in {out}", markup=False)
     except KeyboardInterrupt:
         console.print(f"interrupted: {ANSWER} is in {out}, not all of the other files", markup=False)
     finally:
@@ -98,6 +88,9 @@ def write_diagnosis(
 
 
 def _files(base: Equations, data: Dataset, diagnosis: Diagnosis, out: Path, console: Console) -> Iterator[Path]:
+    from sym2real.report.html.pages import diagnosis_page
+    from sym2real.report.html.render import write_page
+
     informed = diagnosis.apply(base) if diagnosis.findings else None
     if informed is not None and diagnosis.established:
         model = save_model(informed, out / "model")
@@ -108,7 +101,7 @@ def _files(base: Equations, data: Dataset, diagnosis: Diagnosis, out: Path, cons
         few = any(finding.provisional for finding in diagnosis.findings)
         why = "too little data to test it" if few else "held-out predictions do not bear it out"
         console.print(f"{why}: no model or simulator was written; `sym2real add` makes one", markup=False)
-    yield from write_figures(base, informed, data, diagnosis, out)
+    yield write_page(diagnosis_page(base, check(base, data).data, diagnosis, title_of(out, "diagnosed")), out / PAGE)
 
 
 def remove_earlier(out: Path) -> None:

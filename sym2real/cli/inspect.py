@@ -17,9 +17,7 @@ class Inspect:
 
     Nothing is decided behind your back: a suspected sign flip is written as a comment with its evidence. The last line
     is the `nominal` command for such a log. A robot of joints has columns of its own: with --model they are looked for
-    by their names and numbers (q1, theta1, shoulder_vel, position[0], effort[0]), and what is missing is said. Of logs
-    with more than 30000 rows of evidence (five minutes at 100 Hz),
-    stretches are looked at, which is said.
+    by their names and numbers (q1, theta1, shoulder_vel, position[0], effort[0]), and what is missing is said.
 
     For example:
       sym2real inspect flight.csv --out flight.toml

@@ -50,8 +50,8 @@ def equations_below(name: str, console: Console) -> tuple[Equations, tuple[str, 
     return equations, (note,)
 
 
-def columns_of(model: str) -> tuple[Layouts, dict[str, str], dict[str, tuple[float, float]]]:
-    """Columns that logs of a model hold, a folder or a robot's name; where known joints that actions move, and ranges.
+def columns_of(model: str) -> tuple[Layouts, dict[str, str]]:
+    """Columns that logs of a model hold, a folder or a robot's name; where known joints that actions move.
 
     Raises:
         UnknownNameError: when it is neither.
@@ -60,7 +60,7 @@ def columns_of(model: str) -> tuple[Layouts, dict[str, str], dict[str, tuple[flo
     base = None if model in ROBOTS and not Path(model).is_dir() else below(open_model(model))
     robot = ROBOTS[model] if base is None else robot_of(base)
     layouts = ROBOTS[model].layouts if base is None else replace(base.layouts, state=state_of(base))
-    return (layouts, {}, {}) if robot is None else (layouts, robot.moved, robot.ranges)
+    return layouts, {} if robot is None else robot.moved
 
 
 def folder_of(name: str) -> Path:

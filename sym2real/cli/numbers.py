@@ -107,7 +107,6 @@ OptionalCount = Annotated[int | None, _COUNT]
 OptionalSamples = Annotated[
     int | None, _whole(1, MOST_SAMPLES), tyro.conf.arg(help="MPPI samples; the robot's own number by default.")
 ]
-OptionalRound = Annotated[int | None, option(int, "INT", "a whole number from 0 on", lambda value: value >= 0)]
 Seed = Annotated[int, _whole(0, MOST_SEED)]
 Memory = Annotated[
     int | Literal["auto"],

@@ -18,7 +18,6 @@ from sym2real.cli.terminal import Held, put, say_error
 
 WIDTH = 80
 BOX = "╭│╰"  # what tyro wraps itself
-COMMANDS = ("sym2real ", "python -m ")
 WANTED = {
     float: ("FLOAT", "a number"),
     int: ("INT", "a whole number"),
@@ -63,21 +62,11 @@ def fitted(text: str, width: int) -> str:
 
 
 def _wrapped(line: str, width: int) -> list[str]:
-    """A line of a help text in lines of so many columns; a command goes on after a backslash, as a shell reads it."""
     if len(line) <= width or line.startswith(tuple(BOX)):
         return [line]
     indent = " " * (len(line) - len(line.lstrip()) + 4)
-    if line.startswith("usage:"):
-        return textwrap.wrap(line.replace(",", ", "), width, subsequent_indent=indent, break_on_hyphens=False)
-    if line.lstrip().removeprefix("Example: ").startswith(COMMANDS):
-        # An option and its value stay on one line.
-        together = re.sub(r"(--[\w-]+) (?!-)", "\\1\N{NO-BREAK SPACE}", line)
-        parts = textwrap.wrap(
-            together, width - 2, subsequent_indent=indent, break_on_hyphens=False, break_long_words=False
-        )
-        parts = [part.replace("\N{NO-BREAK SPACE}", " ") for part in parts]
-        return [f"{part} \\" for part in parts[:-1]] + parts[-1:]
-    return textwrap.wrap(line, width, break_on_hyphens=False, break_long_words=False)
+    spaced = line.replace(",", ", ") if line.startswith("usage:") else line
+    return textwrap.wrap(spaced, width, subsequent_indent=indent, break_on_hyphens=False, break_long_words=False)
 
 
 def _registry() -> ConstructorRegistry:

@@ -8,6 +8,7 @@ from rich import progress as bars
 
 from sym2real import adaptation
 from sym2real.cli.terminal import progress_console
+from sym2real.experiments.study import sweep
 from sym2real.report.tables import number
 
 SECONDS_BETWEEN_LINES = 10.0  # where there is no terminal
@@ -38,19 +39,14 @@ def stages_progress() -> Iterator[Callable[[str], None]]:
 
 def finished_line(report: adaptation.EpisodeReport | adaptation.RoundReport) -> str:
     """One finished episode or round in words."""
-    return round_line(report) if isinstance(report, adaptation.RoundReport) else episode_line(report)
-
-
-def round_line(report: adaptation.RoundReport) -> str:
-    """One finished round of adaptation in words."""
-    how = report.learned
-    learned = f"learned from {how.rows} rows in {how.seconds:.1f} s" if report.number else "the model as it was given"
-    refused = f"; what was learned is not used: {how.refused}" if how.refused else ""
-    effects = f", with {', '.join(how.effects)}" if how.effects else ""
-    flown = f"crashed after {report.rows} rows, " if report.crashed else ""
+    if isinstance(report, adaptation.EpisodeReport):
+        error = "" if report.tracking != report.tracking else f", mean position error {number(report.tracking)} m"
+        return f"episode {report.number + 1}: {report.task}, {report.rows} rows, {report.crashes} crashes{error}"
+    refused = f"; what was learned is not used: {report.learned.refused}" if report.learned.refused else ""
     error = "" if report.error != report.error else f"mean position error {number(report.error)} m, "
     ahead = f"prediction {report.horizon:g} s ahead {number(report.prediction)} m off"
-    return f"round {report.number} on {report.log}: {learned}{effects}{refused}; {flown}{error}{ahead}"
+    crashed = "crashed, " if report.crashed else ""
+    return f"round {report.number} on {report.log}: {crashed}{error}{ahead}{refused}"
 
 
 def _lines() -> Callable[[str], None]:
@@ -68,14 +64,6 @@ def _lines() -> Callable[[str], None]:
     return show
 
 
-def episode_line(report: adaptation.EpisodeReport) -> str:
-    """One finished episode in words."""
-    crashed = f", {report.crashes} crashes" if report.crashes else ""
-    tracking = "" if report.tracking != report.tracking else f", mean position error {number(report.tracking)} m"
-    what = f"episode {report.number + 1}: {report.task}, {report.rows} rows{crashed}{tracking}"
-    return f"{what}; fitted in {report.seconds:.1f} s"
-
-
 @contextmanager
 def steps_progress(what: str, steps: int) -> Iterator[Callable[[int], None]]:
     """A callback that takes the number of steps done."""
@@ -88,3 +76,31 @@ def _bar(*counted: bars.ProgressColumn) -> bars.Progress:
     columns = (bars.SpinnerColumn(), bars.TextColumn("{task.description}"), *counted, bars.TimeElapsedColumn())
     console = progress_console()
     return bars.Progress(*columns, console=console, transient=True, disable=not console.is_terminal)
+
+
+@contextmanager
+def sweep_progress() -> Iterator[Callable[[sweep.Progress], None]]:
+    """For :func:`~sym2real.experiments.study.sweep.run_sweep`: a line for every answer, with the time that is left."""
+    began, kept, say = time.monotonic(), list[int](), progress_console().print
+    with _bar(bars.BarColumn(), bars.MofNCompleteColumn()) as bar:
+        task = bar.add_task("jobs", total=None)
+
+        def show(progress: sweep.Progress) -> None:
+            kept[:] = kept or [progress.done]
+            bar.update(task, completed=progress.done, total=progress.total)
+            if progress.newest:
+                left = (time.monotonic() - began) / (progress.done - kept[0]) * (progress.total - progress.done)
+                remaining = f"; {duration(left)} left" if progress.done < progress.total else ""
+                line = f"{progress.done}/{progress.total} {progress.newest} ({duration(progress.seconds)}{remaining})"
+                say(line, markup=False, soft_wrap=True)
+            elif progress.done:
+                say(f"{progress.done} of {progress.total} were answered before", markup=False)
+
+        yield show
+
+
+def duration(seconds: float) -> str:
+    """A time as people say it: 40 s, 12 min, 1.5 h."""
+    if seconds < 100:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 100 * 60 else f"{seconds / 3600:.1f} h"

@@ -33,7 +33,7 @@ class Simulate:
     task: TaskName
     """hover, circle, lemniscate, track, park, reverse_circle or, of any robot, regulate."""
     out: Path
-    """The log to write, .csv, .parquet or .mcap."""
+    """The log to write, .csv or .parquet."""
     controller: Literal["geometric", "random"] = "geometric"
     """Geometric tracking (of joints a linear-quadratic regulator), or the random commands that Stage I starts with."""
     seconds: OptionalSeconds = None

@@ -4,7 +4,6 @@ import contextlib
 import io
 import os
 import sys
-import textwrap
 from collections.abc import Iterator
 from functools import cache
 from typing import NoReturn, TextIO
@@ -96,14 +95,8 @@ def progress_console() -> Console:
 
 
 def say_error(text: str) -> None:
-    """Say on standard error what went wrong; a terminal gets lines between words, a file gets the line as it is."""
+    """Say on standard error what went wrong."""
     report = Report(sys.stderr)
-    if report.is_terminal:
-        wrapped = (
-            textwrap.wrap(line, report.width, break_on_hyphens=False, break_long_words=False)
-            for line in text.splitlines()
-        )
-        text = "\n".join(part for parts in wrapped for part in parts)
     head, colon, rest = text.partition(":")
     report.print(head + colon, style="bold red", end="", markup=False)
     report.print(rest, soft_wrap=True, markup=False)

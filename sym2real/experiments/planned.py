@@ -8,22 +8,20 @@ from typing import Any
 import numpy as np
 import torch
 
-from sym2real.control import GeometricQuadrotor, geometric_controller
+from sym2real.control import geometric_controller
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import AssumedNoise
 from sym2real.errors import ModelError, UnknownNameError
 from sym2real.experiments import standard_conditions as conditions
-from sym2real.experiments.at_its_pace import GAINS, AtItsPace
 from sym2real.experiments.excitation import dithered
 from sym2real.experiments.noisy_runs import noisy_runs
 from sym2real.plants import MujocoPlant, run_episode
-from sym2real.protocols import Controller
 from sym2real.robots import Robot
 from sym2real.tasks.regulate import regulate
 from sym2real.tasks.standard_paths import Manoeuvre, path_of
 from sym2real.tasks.task import flies, motion
 from sym2real.trajectory import Trajectory
-from sym2real.vocabulary import STEER_COLUMN, THRUST_COLUMN, WRENCH
+from sym2real.vocabulary import WRENCH
 
 SHAPES = {"flight": ("hover", "circle", "eight"), "drive": ("circle", "eight")}
 USUAL = {
@@ -95,14 +93,7 @@ def planned_runs(
     steps, runs = round(seconds / robot.dt), list[Trajectory]()
     for index, manoeuvre in enumerate(manoeuvres or USUAL[motion(robot)]):
         reference = path_of(robot, manoeuvre, 0.0, yaw_rate)
-        controller: Controller
-        if not {THRUST_COLUMN, STEER_COLUMN} & {*robot.layouts.action}:
-            controller = geometric_controller(robot, reference)
-        elif flies(robot):
-            controller = GeometricQuadrotor(robot.mass, robot.low, robot.high, robot.dt, reference, gains=GAINS)
-        else:
-            controller = AtItsPace(robot, reference)
-        sent = dithered(controller, robot, np.random.default_rng([seed, index]), dither)
+        sent = dithered(geometric_controller(robot, reference), robot, np.random.default_rng([seed, index]), dither)
         start = reference(torch.zeros((), dtype=torch.float64)).numpy()
         run = run_episode(MujocoPlant(robot), sent, start=start, steps=steps, name=f"{manoeuvre.shape}_{index + 1}")
         _require_whole(robot, manoeuvre.shape, run, steps, "plan a slower, larger or higher one")

@@ -21,13 +21,15 @@ JOINTS, NUMBERED = frozenset({"joint", "joints", "effort", "efforts"}), frozense
 GREEK = frozenset({"theta", "phi", "psi"})
 ATTITUDE_OF_ROLE = {"state": "attitude", "command": "attitude_command", "reference": "reference_attitude"}
 ANGLES = ("roll", "pitch", "yaw")
-# World axes as navigation names them, in the order of x, y, z: north-east-down, or east-north-up.
-COMPASS = (("north", "east", "down"), ("n", "e", "d"), ("east", "north", "up"), ("e", "n", "u"))
-LEVEL = (("east", "north"), ("easting", "northing"), ("e", "n"))
+# World axes as navigation names them, north-east-down or east-north-up, and aeronautics' letters: what they stand for.
+XYZ = ("x", "y", "z")
+LETTERS = {
+    ("north", "east", "down"): XYZ, ("n", "e", "d"): XYZ, ("east", "north", "up"): XYZ, ("e", "n", "u"): XYZ,
+    ("u", "v", "w"): ("vx", "vy", "vz"), ("p", "q", "r"): ("wx", "wy", "wz"),
+}  # fmt: skip
+LEVEL = dict.fromkeys((("east", "north"), ("easting", "northing"), ("e", "n")), XYZ[:2])
 # A heading as this package writes it, the measured one and where it should be.
 HEADINGS = (("sin_yaw", "cos_yaw"), ("ref_sin_yaw", "ref_cos_yaw"))
-LETTERS = {"p": "x", "q": "y", "r": "z"}
-ALONG_BODY = ("u", "v", "w")  # velocities in aeronautics, beside p, q, r
 
 
 @dataclass
@@ -74,7 +76,6 @@ def assign(names: Sequence[str], motors: int = 4) -> Assignment:
     result.named = sure | {name: said for name in names if name not in sure and (said := read_name(name))}
     for name in _counted_joints(result.named, [name for name in names if name not in sure]):
         del result.named[name]
-    _settle_letters(result)
     for name, named in sorted(result.named.items(), key=lambda said: said[0] not in STANDARD_COLUMNS):
         _place(result, name, named)
     _settle(result, motors)
@@ -104,20 +105,20 @@ def within(found: Assignment, layouts: Layouts) -> Assignment:
 
 
 def _compass(names: Sequence[str]) -> dict[str, Named]:
-    """Names that differ in a direction of the compass alone, all three there: ``v_n``, ``v_e``, ``v_d``; or u, v, w.
+    """Names that differ in a direction of the compass, or a letter, alone, all three there: ``v_n``, ``v_e``, ``v_d``.
 
     Where no name goes up or down, east and north are enough.
     """
     found: dict[str, Named] = {}
     written = {name.lower(): name for name in names}  # ArduPilot's PN, PE, PD
     level = not any(re.search(r"up|down", name, re.IGNORECASE) for name in names)
-    for axes in (*COMPASS, ALONG_BODY, *(LEVEL if level else ())):
-        for name in (name for name in names if name not in found):
-            match = re.fullmatch(rf"(.*?){axes[0]}((?:_[a-z]+| *[\[(].*)?)", name, re.IGNORECASE)
-            alike = [written.get(f"{match[1]}{axis}{match[2]}".lower(), "") for axis in axes] if match else []
-            standard = ("vx", "vy", "vz") if axes is ALONG_BODY else "xyz"[: len(axes)]
-            meant = [read_name(f"{match[1]}{axis}{match[2]}") for axis in standard] if match else []
-            if alike and all(alike) and all(meant):
+    for axes, standard in (LETTERS | (LEVEL if level else {})).items():
+        first = re.compile(rf"{axes[0]}(?=((_[a-z]+)*| *[\[(].*)$)", re.IGNORECASE)
+        parted = [(text[: at.start()], text[at.end() :]) for text in names for at in first.finditer(text)]
+        for head, tail in parted:
+            alike = [written.get(f"{head}{axis}{tail}".lower(), "") for axis in axes]
+            meant = [read_name(f"{head}{axis}{tail}") for axis in standard]
+            if all(alike) and all(meant) and not found.keys() & {*alike}:
                 found |= {column: named for column, named in zip(alike, meant, strict=True) if named}
     return found
 
@@ -212,14 +213,6 @@ def _settle(result: Assignment, motors: int) -> None:
         if attitude not in result.quaternions and attitude != "attitude_command" and "yaw" in parts:
             result.columns["ref_yaw" if attitude == "reference_attitude" else "yaw"] = parts["yaw"]
         del result.angles[attitude]
-
-
-def _settle_letters(result: Assignment) -> None:
-    letters = {name: named for name, named in result.named.items() if named.quantity == "letter"}
-    for name, named in letters.items():
-        triple = {other.axis for other in letters.values() if other.role == named.role}
-        if triple == set(LETTERS):
-            result.named[name] = Named("rate", LETTERS[named.axis], named.role, named.unit)
 
 
 def _settle_motors(result: Assignment, count: int) -> None:

@@ -186,8 +186,3 @@ def from_euler(angles: Array) -> Array:
 def to_world(quaternion: Array, vectors: Array) -> Array:
     """Body vectors ``# (rows, 3)`` in world axes, for attitudes w x y z ``# (rows, 4)``."""
     return rotation.rotate(torch.from_numpy(quaternion), torch.from_numpy(vectors)).numpy()
-
-
-def slerp(start: Array, end: Array, fraction: Array) -> Array:
-    """Great-circle interpolation ``# (rows, 4)`` between attitudes ``# (rows, 4)`` at fractions ``# (rows,)``."""
-    return rotation.slerp(*(torch.from_numpy(values) for values in (start, end, fraction))).numpy()

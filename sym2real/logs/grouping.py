@@ -15,8 +15,6 @@ from sym2real.logs.standard import QUATERNION, Columns, Standard, side_by_side
 from sym2real.logs.table import Table
 from sym2real.trajectory import Array, Trajectory
 
-EXTRA = "extra"  # columns that no layout holds
-
 
 def visible(layouts: Layouts) -> Layouts:
     """The layouts without hidden states, which no log holds."""

@@ -37,7 +37,6 @@ def inspect_attitudes(draft: Draft) -> None:
         _quaternion(draft, name, parts)
     if "attitude" in draft.attitudes:
         _decide(draft)
-        _suspect_exchange(draft)
     for name, parts in draft.assignment.quaternions.items():
         if name in draft.attitudes:
             _report_quaternion(draft, name, lettered="w" in parts)
@@ -76,7 +75,7 @@ def _euler(draft: Draft, name: str, parts: dict[str, str]) -> None:
         said = by_ratio(ANGLES, share, "the horizontal acceleration over g")
     for column, angle in zip(columns, ("roll", "pitch", "yaw"), strict=True):
         draft.add(column, f"{name} {angle}", *said)
-    draft.attitudes[name] = Attitude(euler=columns, unit=said[0])
+    draft.attitudes[name] = Attitude(euler=columns, unit=said[0])  # type: ignore[arg-type]
 
 
 def angle_unit(draft: Draft, columns: tuple[str, ...], size: float) -> Said:
@@ -114,29 +113,6 @@ def _decide(draft: Draft) -> None:
     if draft.frames == "ned_frd":
         evidence = f"acceleration points against the tilt ({_text(draft)}), as it does with z down"
         draft.add("", "frames are north-east-down", "", evidence, "likely")
-
-
-def _suspect_exchange(draft: Draft) -> None:
-    """Roll and pitch that turn with the gyro in each other's place, and push more as they then point."""
-    first = draft.attitudes["attitude"]
-    if not first.euler:
-        return
-    roll, pitch, yaw = first.euler
-    tilt, gyro = tilt_agreement(draft), _level(gyro_agreement(draft))
-    set_world(draft, replace(first, euler=(pitch, roll, yaw)))
-    then, other = tilt_agreement(draft), _level(gyro_agreement(draft))
-    set_world(draft, first)
-    turned = max(map(abs, gyro.values()), default=1.0) < CLEAR < min(map(abs, other.values()), default=0.0)
-    if turned and sum(map(abs, then.values())) > sum(map(abs, tilt.values())):
-        shown = ", ".join(f"{name} {gyro[name]:+.2f}, {other[name]:+.2f} then" for name in gyro if name in other)
-        evidence = f"rates turn it, and thrust points, with them in each other's place (correlations: {shown})"
-        draft.add(f"{roll} {pitch}", "roll and pitch suspected to be exchanged", "", evidence, "likely")
-        draft.comment("attitude", f'euler = ["{pitch}", "{roll}", "{yaw}"]  # in place of the line above: {evidence}')
-
-
-def _level(rates: dict[str, float]) -> dict[str, float]:
-    """Those about level axes, of roll and pitch."""
-    return {name: value for name, value in rates.items() if name != "wz"}
 
 
 def _agreement(draft: Draft, vertical: float) -> float:

@@ -1,13 +1,12 @@
-"""Evidence on commands: what thrust and motors are counted in, how late the robot answers, reversed signs."""
+"""Evidence on commands: what thrust, motors and rates are counted in."""
 
 import numpy as np
 
-from sym2real.logs.answers import LONGEST_PULSE, answer_to, are_pulses, turning
 from sym2real.logs.attitude_reading import up
 from sym2real.logs.draft import Draft
 from sym2real.logs.inspect_driving import inspect_driving
 from sym2real.logs.inspect_motion import FASTEST, RATES
-from sym2real.logs.reading import Said, by_name, by_others, by_size, largest
+from sym2real.logs.reading import LONGEST_PULSE, Said, are_pulses, by_name, by_others, by_size, largest, turning
 from sym2real.logs.units import GRAVITY
 from sym2real.trajectory import Array
 from sym2real.vocabulary import MOTORS, RATE, RATE_COMMAND, THRUST_COLUMN
@@ -16,7 +15,7 @@ HIGHEST_VOLTAGE = 60.0  # the largest packs of such robots have 12 cells of 4.2 
 
 
 def inspect_commands(draft: Draft) -> None:
-    """Units of commands and the delay of the answers to them."""
+    """Units of commands."""
     if draft.has(THRUST_COLUMN):
         _thrust(draft)
     if draft.has(*MOTORS):
@@ -47,26 +46,25 @@ def _thrust(draft: Draft) -> None:
         draft.leave_open(THRUST_COLUMN, "thrust command", "its mean is 0, which carries nothing", "scale = 1.0 }")
         return
     share = level / (GRAVITY if force is None else float(force.mean()))
-    answer = answer_to(draft, values, force).said
     part = "a command of 0 to 1"
     # The mean carries the weight, whatever it counts.
     worth = f"scale = 1.0 }}  # put mass in kg × {GRAVITY / level:.6g} ("
     why = "the mean carries the weight, which hides a mass that you do not know; a thrust stand's N is better)"
     if said := by_name(draft, [THRUST_COLUMN]):
-        draft.settle(THRUST_COLUMN, said[0], said[1] + answer, said[2])
+        draft.settle(THRUST_COLUMN, *said)
     elif most > 100.0 or draft.assignment.named[column].quantity == "throttle":
         what = "counts" if most > 1.0 else part
-        evidence = f"{what}, mean {level:.5g}, up to {most:.5g}: the log cannot know N per unit{answer}"
+        evidence = f"{what}, mean {level:.5g}, up to {most:.5g}: the log cannot know N per unit"
         draft.leave_open(THRUST_COLUMN, "thrust command", evidence, f"{worth}{what}: {why}")
     elif 0.6 < share < 1.6:
         evidence = (
             f"mean {level:.3g}, {share:.2f} times the specific force: thrust per unit mass (or N of a 1 kg robot)"
         )
-        draft.settle(THRUST_COLUMN, "m/s^2", evidence + answer, "likely")
+        draft.settle(THRUST_COLUMN, "m/s^2", evidence, "likely")
     else:
         evidence = f"mean {level:.3g}: in N the robot would weigh {share:.3g} kg"
         doubt = f"; {part} is possible too" if most <= 1.0 else ""
-        draft.settle(THRUST_COLUMN, "N", evidence + doubt + answer, "guess")
+        draft.settle(THRUST_COLUMN, "N", evidence + doubt, "guess")
         if doubt:
             line = f'thrust = {{ column = "{column}", {worth}{part}, in place of the line above: {why}'
             draft.comment("columns", line)
@@ -75,8 +73,7 @@ def _thrust(draft: Draft) -> None:
 def _motors(draft: Draft) -> None:
     values = draft.values(*MOTORS)
     unit, meaning, confidence = _motor_unit(draft, values)
-    answer = answer_to(draft, values.sum(axis=1), _specific_force(draft)).said
-    evidence = f"{values.min():.5g} to {np.abs(values).max():.5g}: {meaning}{answer}"
+    evidence = f"{values.min():.5g} to {np.abs(values).max():.5g}: {meaning}"
     for name in MOTORS:
         draft.settle(name, unit, evidence, confidence)
 
@@ -104,9 +101,6 @@ def _rate_commands(draft: Draft) -> None:
     turned = {name: rate for name in names if (rate := turning(draft, pairs[name])) is not None}
     told = by_others(draft, RATES[:2], turned, "the body rate in rad/s")
     size = largest(draft, names)
-    unit, evidence, confidence = by_name(draft, names) or by_size(RATES, size, FASTEST, told)
+    said = by_name(draft, names) or by_size(RATES, size, FASTEST, told)
     for name in names:
-        answer = answer_to(draft, draft.values(name), turned.get(name))
-        draft.settle(name, unit, evidence + answer.said, confidence)
-        if answer.reversed and draft.world is not None:
-            draft.suspect(draft.column(name), f"the attitude turns the other way{answer.said}")
+        draft.settle(name, *said)

@@ -2,10 +2,9 @@
 
 import numpy as np
 
-from sym2real.logs.answers import answer_to, are_pulses, turning
 from sym2real.logs.draft import Draft
-from sym2real.logs.inspect_motion import DRIVING, NEAR, SPEEDS, in_body, slopes_of_positions
-from sym2real.logs.reading import by_name, by_size, largest
+from sym2real.logs.inspect_motion import DRIVING, NEAR, SPEEDS, slopes_of_positions
+from sym2real.logs.reading import are_pulses, by_name, by_size, largest, turning
 from sym2real.logs.units import UNITS, unit_by_ratio
 from sym2real.trajectory import Array
 from sym2real.vocabulary import ACCELERATION_COLUMN, SPEED_COLUMN, STEER_COLUMN
@@ -18,7 +17,7 @@ LIKE_ITS_PATH = 3.0  # times; what is as near to the path's speed in m/s may be 
 
 
 def inspect_driving(draft: Draft) -> None:
-    """Units of steering and speed or acceleration, and the delay of the answers to them."""
+    """Units of steering and speed or acceleration."""
     if draft.has(STEER_COLUMN):
         _steer(draft)
         if draft.has(SPEED_COLUMN):
@@ -30,22 +29,21 @@ def inspect_driving(draft: Draft) -> None:
 def _steer(draft: Draft) -> None:
     column, values = draft.column(STEER_COLUMN), draft.values(STEER_COLUMN)
     turned, left = turning(draft, "wz"), 1.0 if draft.frames == "z_up" else -1.0
-    answer = answer_to(draft, values, None if turned is None else left * turned)
-    backwards = answer.reversed
-    if pulses := are_pulses(values):
+    if are_pulses(values):
         span = f"{values.min():.5g} to {values.max():.5g}"
-        evidence = f"{span}: pulses in µs; the log cannot know the angle per µs{answer.said}"
+        evidence = f"{span}: pulses in µs; the log cannot know the angle per µs"
         worth = "zero = 1500, scale = 0.001 }  # put the pulse straight ahead, and rad per µs"
         draft.leave_open(STEER_COLUMN, STEERING, evidence, worth)
     elif turned is not None and (found := _off_centre(draft, values, left * turned)) is not None:
         zero, curvature = found
-        backwards = curvature < 0
         evidence = f"{values.min():.4g} to {values.max():.4g}, a servo's travel: straight ahead at {zero:.4g}"
         worth = (
             f"zero = {zero:.4g}, scale = 1.0 }}  # rad per unit is yours to say: {abs(curvature):.3g} × the wheelbase "
             f"in m by the path, but {HIDES}"
         )
-        draft.leave_open(STEER_COLUMN, STEERING, evidence + answer.said, worth)
+        draft.leave_open(STEER_COLUMN, STEERING, evidence, worth)
+        if curvature < 0:
+            draft.suspect(column, "the car turns right where it is larger")
     else:
         size = largest(draft, [STEER_COLUMN])
         unit, evidence, confidence = by_name(draft, [STEER_COLUMN]) or by_size(("rad", "deg"), size, STEEPEST)
@@ -56,10 +54,7 @@ def _steer(draft: Draft) -> None:
             )
             draft.comment(STEER_COLUMN, f'steer = {{ column = "{column}", unit = "{unit}", scale = 1.0 }}')
             confidence = "guess"
-        draft.settle(STEER_COLUMN, unit, evidence + answer.said, confidence)
-    if backwards:
-        where = "pulses are longer" if pulses else "it is larger" if not draft.has(STEER_COLUMN) else "it is positive"
-        draft.suspect(column, f"the car turns right where {where}{answer.said}")
+        draft.settle(STEER_COLUMN, unit, evidence, confidence)
 
 
 def _off_centre(draft: Draft, values: Array, turned: Array) -> tuple[float, float] | None:
@@ -84,15 +79,8 @@ def _pace(draft: Draft) -> Array:
     return np.hypot(slopes["vx"], slopes["vy"])
 
 
-def _signed_pace(draft: Draft) -> Array:
-    """How fast the car goes along its heading, m/s ``# (rows,)``: backwards below zero, where the heading is known."""
-    ahead = in_body(draft, slopes_of_positions(draft)).get("vx") if draft.has("x", "y") else None
-    return _pace(draft) if ahead is None else ahead
-
-
 def _speed(draft: Draft) -> None:
     size, pace = np.abs(draft.values(SPEED_COLUMN)), _pace(draft)
-    answer = answer_to(draft, size, pace if pace.any() else None).said
     unit, evidence, confidence = by_name(draft, [SPEED_COLUMN]) or ("m/s", f"up to {size.max():.3g}", "guess")
     ratio = float(size.mean() / pace.mean()) if pace.mean() > DRIVING and size.any() else 1.0
     if confidence == "guess" and not 1.0 / LIKE_ITS_PATH < ratio < LIKE_ITS_PATH:
@@ -100,24 +88,19 @@ def _speed(draft: Draft) -> None:
         off, evidence = ratio * UNITS[unit][1], f"{ratio:.4g} times as fast as the path in m/s"
         if max(off, 1.0 / off) > NEAR:
             worth = f"scale = {1.0 / ratio:.6g} }}  # m/s per unit, as the path says: {HIDES}"
-            draft.leave_open(SPEED_COLUMN, "speed command", f"{evidence}: no unit of a speed{answer}", worth)
+            draft.leave_open(SPEED_COLUMN, "speed command", f"{evidence}: no unit of a speed", worth)
             return
-    draft.settle(SPEED_COLUMN, unit, evidence + answer, confidence)
+    draft.settle(SPEED_COLUMN, unit, evidence, confidence)
 
 
 def _acceleration(draft: Draft) -> None:
     """In m/s² unless its name says other; numbers of which the path says that they are neither are a throttle's."""
-    values, pace = draft.values(ACCELERATION_COLUMN), _signed_pace(draft)
-    gained = draft.rows.slopes(pace)
-    answer = answer_to(draft, values, gained)
+    values, gained = draft.values(ACCELERATION_COLUMN), draft.rows.slopes(_pace(draft))
     told = by_name(draft, [ACCELERATION_COLUMN])
     ratio = draft.rows.ratio(values, gained) if gained.any() and values.any() else 1.0
     if told is None and not 1.0 / LIKE_ITS_PATH < ratio < LIKE_ITS_PATH:
         worth = f"scale = {1.0 / ratio:.6g} }}  # m/s² per unit, as the path says: {HIDES}"
-        evidence = f"moves {ratio:.3g} times as much as the path's acceleration in m/s²: a throttle?{answer.said}"
+        evidence = f"moves {ratio:.3g} times as much as the path's acceleration in m/s²: a throttle?"
         draft.leave_open(ACCELERATION_COLUMN, "acceleration command", evidence, worth)
     else:
-        unit, evidence, confidence = told or ("m/s^2", f"up to {np.abs(values).max():.3g}", "guess")
-        draft.settle(ACCELERATION_COLUMN, unit, evidence + answer.said, confidence)
-    if answer.reversed:
-        draft.suspect(draft.column(ACCELERATION_COLUMN), f"the car brakes where it is positive{answer.said}")
+        draft.settle(ACCELERATION_COLUMN, *(told or ("m/s^2", f"up to {np.abs(values).max():.3g}", "guess")))

@@ -1,6 +1,5 @@
 """Evidence on a model's own columns, those of joints and actuators: units, signs, rates that the log has not."""
 
-from collections.abc import Mapping, Sequence
 from itertools import product
 from math import log
 
@@ -9,7 +8,6 @@ import numpy as np
 from sym2real.layout import Layouts
 from sym2real.logs.draft import Confidence, Draft
 from sym2real.logs.joint_names import Matching
-from sym2real.logs.joint_ranges import Ends, leave_counts_open, named_outside, possible
 from sym2real.logs.name_words import words_and_unit
 from sym2real.logs.of_model import own_units
 from sym2real.logs.reading import CLEAR, WEAK, Said, by_size
@@ -24,20 +22,18 @@ MOVING = 1e-3  # standard deviation of a slope, from which on it says something
 SAME = log(1.5)  # units whose factors are closer to each other are not told apart by a ratio
 
 
-def inspect_joints(draft: Draft, matching: Matching, layouts: Layouts, ranges: Mapping[str, Ends]) -> None:
+def inspect_joints(draft: Draft, matching: Matching, layouts: Layouts) -> None:
     """Units of what was matched, and what could not be: rates from coordinates, the rest as lines to fill in.
 
     Args:
         draft: of the logs.
         matching: of their names.
         layouts: of the model.
-        ranges: where joints, and what they are told, end in the model, rad or m.
     """
     wanted, rates = own_units(layouts), layouts.state.rates
     unknown = [column for column in layouts.action if column not in {*wanted, *draft.assignment.columns}]
     left = dict.fromkeys(unknown, "no column is called like it") | matching.open
     units: dict[str, Said] = {}
-    fitting = {column: _units(draft, column, wanted[column], ranges.get(column)) for column in matching.found}
     for joint, rate in rates.items():
         if joint not in matching.found or rate not in matching.found:
             continue
@@ -48,43 +44,23 @@ def inspect_joints(draft: Draft, matching: Matching, layouts: Layouts, ranges: M
                 source = draft.assignment.columns.pop(rate)
                 left[rate] = f"{source!r} does not move like the slope of {joint}, correlation {found:+.2f}"
                 continue
-            if not fitting[joint]:
-                leave_counts_open(draft, joint, wanted[joint], ranges[joint], rate)
-                continue
             share = draft.rows.ratio(draft.values(rate), slopes)
-            units |= _pair(draft, (joint, rate), (wanted[joint], wanted[rate]), (fitting[joint], fitting[rate]), share)
+            units |= _pair(draft, (joint, rate), (wanted[joint], wanted[rate]), share)
             if found < -CLEAR:
                 draft.suspect(matching.found[rate].source, f"correlation {found:+.2f} with the slope of {joint}")
     for column, match in matching.found.items():
-        if column in left or column in draft.left_out:
+        if column in left:
             continue
-        if not fitting[column]:
-            leave_counts_open(draft, column, wanted[column], ranges[column])
-            continue
-        unit, evidence, confidence = units.get(column) or _alone(draft, column, wanted[column], fitting[column])
-        if column in ranges:
-            unit, evidence, confidence = named_outside(draft, column, (unit, evidence, confidence), ranges[column])
+        unit, evidence, confidence = units.get(column) or _alone(draft, column, wanted[column])
         draft.units[column] = "" if unit == wanted[column] else unit
         draft.add(match.source, column, unit, f"{match.evidence}; {evidence}", confidence if match.sure else "guess")
     _what_is_left(draft, left, layouts.action.units | wanted, {rate: joint for joint, rate in rates.items()})
 
 
-def _units(draft: Draft, column: str, wanted: str, ends: Ends | None) -> tuple[str, ...]:
-    """Units that a column may be in: the one that its name states, or those that keep it within its range."""
-    named = _named(draft.column(column), wanted)
-    return (named,) if named else possible(draft, column, OTHER_UNITS.get(wanted, (wanted,)), ends)
-
-
-def _pair(
-    draft: Draft,
-    columns: tuple[str, str],
-    wanted: tuple[str, str],
-    units: tuple[Sequence[str], Sequence[str]],
-    share: float,
-) -> dict[str, Said]:
+def _pair(draft: Draft, columns: tuple[str, str], wanted: tuple[str, str], share: float) -> dict[str, Said]:
     """Units of a coordinate and its rate that fit each other; of those that fit alike the likelier coordinate's."""
     named = [_named(draft.column(column), unit) for column, unit in zip(columns, wanted, strict=True)]
-    options = product(*units)
+    options = product(*((name,) if name else OTHER_UNITS[unit] for name, unit in zip(named, wanted, strict=True)))
     misfit = {(p, r): abs(log(share * UNITS[r][1] / UNITS[p][1])) for p, r in options}
     alike = [pair for pair, off in misfit.items() if off < min(misfit.values()) + SAME]
     size = float(np.abs(draft.values(columns[0])).max())
@@ -104,12 +80,10 @@ def _named(source: str, wanted: str) -> str:
     return next((name for name in (unit, f"{unit}/s") if UNITS.get(name, ("",))[0] == wanted), "")
 
 
-def _alone(draft: Draft, column: str, wanted: str, fitting: Sequence[str]) -> Said:
+def _alone(draft: Draft, column: str, wanted: str) -> Said:
     if named := _named(draft.column(column), wanted):
         return named, "the name says its unit", "certain"
     size = float(np.abs(draft.values(column)).max())
-    if wanted not in fitting:
-        return fitting[0], f"up to {size:.4g}: in {wanted} it would leave the joint's range", "likely"
     if wanted in LARGEST_PLACE and size > LARGEST_PLACE[wanted]:
         return by_size(OTHER_UNITS[wanted], size, LARGEST_PLACE[wanted])
     return wanted, f"up to {size:.4g}; in the model's unit, which the log cannot tell", "likely"

@@ -3,7 +3,7 @@
 import numpy as np
 
 from sym2real.logs.draft import Draft
-from sym2real.logs.evidence import Rows, words
+from sym2real.logs.evidence import Rows
 from sym2real.logs.parts import TimeBase
 from sym2real.logs.resample import GAP_INTERVALS, SAME_CLOCK, gaps, is_regular
 from sym2real.logs.specification import LogSpec
@@ -21,10 +21,7 @@ UNLIKE = (0.6, 1.6)  # × the median: an interval outside is not like the others
 def inspect_time(draft: Draft) -> None:
     """Find the time base and the rows to drop; sets ``rows``, and shortens ``tables``."""
     column = _column(draft.tables, draft.assignment.times)
-    times = _without_stamps(draft) if column is None else _with_stamps(draft, column)
-    draft.rows = Rows(times)
-    if statement := words(times, draft.rows.stretches):
-        draft.add("", "not every row is looked at", "", statement, "certain")
+    draft.rows = Rows(_without_stamps(draft) if column is None else _with_stamps(draft, column))
 
 
 def _with_stamps(draft: Draft, column: str) -> list[Array]:
@@ -41,7 +38,7 @@ def _with_stamps(draft: Draft, column: str) -> list[Array]:
         draft.comment("drop_first", remark)
     draft.tables = [table[first:] for table in draft.tables]
     times = [time[first:] for time in times]
-    draft.time = TimeBase(column, unit, dt=nice_period(step * UNITS[unit][1]))
+    draft.time = TimeBase(column, unit, dt=nice_period(step * UNITS[unit][1]))  # type: ignore[arg-type]
     draft.add(column, "time", unit, evidence, "guess" if "counter" in evidence else "certain")
     _jitter(draft, times, nice_period(step * UNITS[unit][1]))
     return times

@@ -22,10 +22,8 @@ from sym2real.logs.inspect_commands import inspect_commands
 from sym2real.logs.inspect_heading import inspect_yaw
 from sym2real.logs.inspect_joints import inspect_joints
 from sym2real.logs.inspect_motion import inspect_positions, inspect_rates, inspect_velocities, inspect_wheel
-from sym2real.logs.inspect_motors import inspect_motor_order
 from sym2real.logs.inspect_time import inspect_time
 from sym2real.logs.joint_names import Matching, match_own
-from sym2real.logs.joint_ranges import Ends
 from sym2real.logs.reader import expand
 from sym2real.logs.several_files import one_log_each, read_parts
 from sym2real.logs.specification import LogSpec
@@ -33,7 +31,6 @@ from sym2real.logs.table import Table
 
 FEWEST_ROWS = 20
 NOTHING: Mapping[str, str] = MappingProxyType({})
-NOWHERE: Mapping[str, Ends] = MappingProxyType({})
 
 
 @dataclass(frozen=True)
@@ -67,7 +64,6 @@ def inspect_logs(
     columns: Sequence[str] = (),
     layouts: Layouts | None = None,
     moved: Mapping[str, str] = NOTHING,
-    ranges: Mapping[str, Ends] = NOWHERE,
 ) -> Inspection:
     """Look into logs of one kind (the same columns); a folder stands for the logs in it.
 
@@ -77,8 +73,6 @@ def inspect_logs(
         layouts: of the model whose logs they are: its own columns, such as those of joints, are looked for, and no
             others.
         moved: joint that an action of the model moves, as far as that is known: ``robot.moved``.
-        ranges: where its joints, and what they are told, end, rad or m: numbers far outside are in another unit;
-            ``robot.ranges``.
 
     Raises:
         DataError: when a file cannot be read, is too short, or has other columns than the first.
@@ -100,9 +94,8 @@ def inspect_logs(
     inspect_velocities(draft)
     inspect_rates(draft)
     inspect_commands(draft)
-    inspect_motor_order(draft)
     if layouts is not None:
-        inspect_joints(draft, matching, layouts, ranges)
+        inspect_joints(draft, matching, layouts)
     inspect_columns(draft, of_model=layouts is not None)
     what = "a robot" if layouts is not None else _kind(draft)
     return _finished(tuple(file for files in logs for file in files), draft, tuple(columns), what)

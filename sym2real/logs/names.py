@@ -33,8 +33,8 @@ class Named:
 
     Args:
         quantity: "time", "position", "velocity", "rate", "acceleration", "quaternion", "roll", "pitch", "yaw",
-            "motor", "thrust", "throttle", "steer", "speed", "wheel speed", "battery", "force", "torque", "letter"
-            (p, q, r) or "pull" (an acceleration of no axis).
+            "motor", "thrust", "throttle", "steer", "speed", "wheel speed", "battery", "force", "torque" or
+            "pull" (an acceleration of no axis).
         axis: "x", "y", "z", "w", a digit where the name only counts, or "".
         role: measured, sent or wanted.
         unit: unit that the name states, or "".
@@ -92,7 +92,6 @@ def _quantity(words: Sequence[str]) -> tuple[str, str, bool] | None:
     of_rates = WORDS["rate"] - {"w"} if has("velocity", "position") else WORDS["rate"]
     turning = bool(of_rates.intersection(words)) or (bool(angle) and has("velocity"))
     about = last(RATE_AXES, "w") or along
-    left = [word for word in words if word not in WORDS["rate"] - {"w"}]
     # In this order: "local_position/pose/orientation.x" is an attitude, "attitude_rate.x" a rate.
     rules = (
         ("battery", has("battery") and not has("not voltage"), ""),
@@ -105,8 +104,6 @@ def _quantity(words: Sequence[str]) -> tuple[str, str, bool] | None:
         ("force", has("force") and pushed, pushed),
         ("torque", has("torque") and pushed, pushed),
         ("wheel speed", has("wheel") and (has("tachometer") or has("velocity", "turns")) and not axis, ""),
-        # Aeronautics' p, q, r, alone or behind a word for rates, which mean axes only where all three are there.
-        ("letter", left in (["p"], ["q"], ["r"]), "".join(left)),
         # A car logs its only rate without an axis.
         ("rate", turning and not has("derivative", "acceleration") and (about or has("rate alone")), about or "z"),
         ("acceleration", has("acceleration") and along, along),

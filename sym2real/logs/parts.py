@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from sym2real.logs.units import UNIT_OF_COLUMN
+from sym2real.toml_tables import Positive
 
 Order = Literal["wxyz", "xyzw"]
 Direction = Literal["body_to_world", "world_to_body"]
@@ -30,7 +31,7 @@ class Source:
 
     column: str
     unit: str = ""
-    scale: float = 1.0
+    scale: Positive = 1.0
     zero: float = 0.0
 
 
@@ -46,9 +47,9 @@ class TimeBase:
     """
 
     column: str = "t"
-    unit: str = "s"
-    rate: float | None = None
-    dt: float | None = None
+    unit: Literal["s", "ms", "us", "ns"] = "s"
+    rate: Positive | None = None
+    dt: Positive | None = None
 
 
 @dataclass(frozen=True)
@@ -67,7 +68,7 @@ class Attitude:
     order: Order = "wxyz"
     direction: Direction = "body_to_world"
     euler: tuple[str, ...] = ()
-    unit: str = "rad"
+    unit: Literal["rad", "mrad", "deg"] = "rad"
 
     @property
     def sources(self) -> tuple[str, ...]:

@@ -9,20 +9,7 @@ from sym2real import rotation
 from sym2real.field import Field
 from sym2real.layout import Layout
 from sym2real.trajectory import Array, Trajectory
-from sym2real.vocabulary import ATTITUDE, HEADING, POSITION
-
-
-def poses(layout: Layout, states: Array) -> tuple[Array, Array] | None:
-    """Positions in m ``# (rows, 3)`` and attitudes w x y z ``# (rows, 4)`` of states ``# (rows, state)``, in the world.
-
-    What a state does not say is zero: a car's height, its roll and pitch. None where it holds no position.
-    """
-    there = dict(zip(layout.columns, states.T, strict=True))
-    if not there.keys() & set(POSITION.columns):
-        return None
-    rows = len(states)
-    position = np.stack([there.get(column, np.zeros(rows)) for column in POSITION.columns], axis=1)
-    return position, attitudes(layout, states)
+from sym2real.vocabulary import ATTITUDE, HEADING
 
 
 def attitudes(layout: Layout, states: Array) -> Array:

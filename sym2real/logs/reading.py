@@ -14,6 +14,7 @@ from sym2real.trajectory import Array
 
 CLEAR = 0.5  # a correlation that decides
 WEAK = 0.3  # one below it says nothing
+SHORTEST_PULSE, LONGEST_PULSE = 900.0, 2200.0  # µs, of servos and speed controllers
 
 Said = tuple[str, str, Confidence]  # a unit, the evidence for it, and how sure that is
 
@@ -21,6 +22,16 @@ Said = tuple[str, str, Confidence]  # a unit, the evidence for it, and how sure 
 def largest(draft: Draft, names: Sequence[str]) -> float:
     """Largest magnitude of standard columns, in the log's unit."""
     return float(np.abs(draft.values(*names)).max())
+
+
+def turning(draft: Draft, rate: str) -> Array | None:
+    """A body rate by attitude or heading, else by the gyro; None where none is known."""
+    return draft.turning.get(rate, draft.series(rate) if draft.has(rate) else None)
+
+
+def are_pulses(values: Array) -> bool:
+    """Whether these are pulses in µs, of servos or speed controllers."""
+    return bool(((values >= SHORTEST_PULSE) & (values <= LONGEST_PULSE)).all())
 
 
 def by_name(draft: Draft, names: Sequence[str]) -> Said | None:

@@ -2,6 +2,7 @@
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation, Slerp
 
 from sym2real.layout import Layouts
 from sym2real.logs import derive
@@ -69,7 +70,7 @@ def resample(log: Standard, dt: float, layouts: Layouts) -> Standard:
             columns[name] = _mean(time, values, grid, dt) if name in averaged else values[in_force]
         else:
             columns[name] = np.interp(grid, time, values) if name in moving else values[latest]
-    columns |= _circles(log, grid, commands) | _attitudes(log, grid, latest, commands)
+    columns |= _circles(log, grid, commands) | _attitudes(log, grid, commands)
     others = {name: values[latest] for name, values in log.others.items()}
     return Standard(grid, columns, others, (*log.notes, _note(time, dt, len(grid))))
 
@@ -117,13 +118,12 @@ def _circles(log: Standard, grid: Array, commands: frozenset[str]) -> Columns:
     return columns
 
 
-def _attitudes(log: Standard, grid: Array, latest: NDArray[np.int64], commands: frozenset[str]) -> Columns:
+def _attitudes(log: Standard, grid: Array, commands: frozenset[str]) -> Columns:
     columns: Columns = {}
-    start = np.minimum(latest, len(log.time) - 2)
-    fraction = (grid - log.time[start]) / (log.time[start + 1] - log.time[start])
     for names in map(attitude_columns, ATTITUDES):
         values = side_by_side(log.columns, names)
         if values is not None and not commands & {*names}:
-            turned = derive.slerp(values[start], values[start + 1], fraction)
+            on_circle = Slerp(log.time, Rotation.from_quat(values, scalar_first=True))
+            turned = on_circle(np.minimum(grid, log.time[-1])).as_quat(scalar_first=True)
             columns |= dict(zip(names, derive.continuous(turned).T, strict=True))
     return columns

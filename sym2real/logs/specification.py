@@ -35,6 +35,7 @@ from sym2real.files import meant, require_file, write_text
 from sym2real.logs import spec_check, spec_text
 from sym2real.logs.parts import Attitude, Derived, Frames, Source, TimeBase, VelocityFrame
 from sym2real.registry import Registry
+from sym2real.toml_tables import Count, Positive
 
 
 @dataclass(frozen=True)
@@ -72,14 +73,14 @@ class LogSpec:
     attitude: Attitude = field(default_factory=Attitude)
     attitude_command: Attitude = field(default_factory=Attitude)
     reference_attitude: Attitude = field(default_factory=Attitude)
-    drop_first: int = 0
-    drop_last: int = 0
+    drop_first: Count = 0
+    drop_last: Count = 0
     flip: tuple[str, ...] = ()
     hold: tuple[str, ...] = ()
     derive: tuple[Derived, ...] = ()
     velocity_frame: VelocityFrame = "world"
     frames: Frames = "z_up"
-    mass: float = 1.0
+    mass: Positive = 1.0
     header: tuple[str, ...] = ()
 
     @property
@@ -104,7 +105,7 @@ class LogSpec:
         Raises:
             DataError: naming ``file``, the key, what was expected and what was found.
         """
-        return cls(**spec_check.keywords(cls, text, file))
+        return spec_check.specification_of(cls, text, file)
 
     @classmethod
     def load(cls, path: str | Path) -> LogSpec:

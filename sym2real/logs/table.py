@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -15,8 +16,7 @@ from sym2real.errors import DataError
 from sym2real.files import require_file
 from sym2real.logs import arrow_file, csv_file, parquet_file
 from sym2real.logs.missing import listed
-from sym2real.logs.recordings import BY_NAMES, RECORDINGS, Recording, Said, is_bag_folder, is_card_log
-from sym2real.logs.split_stamps import whole_stamps
+from sym2real.logs.recordings import BY_NAMES, RECORDINGS, Recording, Said, is_bag_folder
 from sym2real.registry import Registry
 from sym2real.trajectory import Array
 
@@ -29,6 +29,9 @@ COLUMNAR = Registry("columnar log file type", {".parquet": parquet_file.read, ".
 TABLES = (*TEXTS, *COLUMNAR)
 GROWING = Registry("growing log file type", {**COLUMNAR, ".arrow": arrow_file.read})
 READERS = (*TEXTS, *GROWING, *RECORDINGS)
+# Stamps in two columns, as ROS' messages have them: whole seconds, and the nanoseconds since.
+SECONDS = re.compile(r"((.*?)[._/]?)secs?")
+NANOSECONDS = ("nanosec", "nsecs", "nsec")
 # Texts of other endings are more often about the logs beside them.
 IN_FOLDERS = tuple(ending for ending in READERS if ending not in (".txt", ".dat"))
 
@@ -42,7 +45,7 @@ class Table:
         columns: values by the file's own column names, each ``# (rows,)``; an empty cell is NaN.
         lines: what an error calls each row (a CSV's line, counted from 1; a Parquet row, counted from 1) ``# (rows,)``.
         texts: names of the columns that hold text and were left out.
-        metadata: what a file of this package says about itself (Parquet, Arrow, MCAP).
+        metadata: what a file of this package says about itself (Parquet, Arrow).
     """
 
     path: Path
@@ -157,20 +160,15 @@ def table_of(
 
 
 def file_type(file: Path) -> str:
-    """The ending that says how a file is read; a bag's folder and a card's ``log00`` have none of their own."""
-    if is_bag_folder(file):
-        return ".db3"
-    return ".usd" if is_card_log(file) else file.suffix.lower()
+    """The ending that says how a file is read; a bag's folder has none of its own."""
+    return ".db3" if is_bag_folder(file) else file.suffix.lower()
 
 
 def _of_recording(file: Path, recording: Recording, wanted: Collection[str] | None, said: Said) -> Table:
     if not recording.topics:
         raise DataError(file, "a topic with numbers", "none")
-    if recording.metadata is None:
-        columns = recording.together(wanted, said)
-    else:
-        columns = {name: values for topic in recording.topics for name, values in topic.columns.items()}
-    return table_of(file, [*columns], [*columns.values()], 1, recording.metadata)
+    columns = recording.together(wanted, said)
+    return table_of(file, [*columns], [*columns.values()], 1, None)
 
 
 def numbers(table: Table, name: str, cells: Array | Sequence[str]) -> Array | None:
@@ -222,3 +220,22 @@ def _check_names(file: Path, names: Sequence[str], cells: Sequence[object]) -> N
             raise DataError(file, "a name for every column", f"none for column {position + 1}", row=1)
         if name in names[:position]:
             raise DataError(file, "every column name once", "the name twice", row=1, column=name)
+
+
+def whole_stamps(columns: Mapping[str, Array]) -> dict[str, Array]:
+    """The columns ``# (rows,)``, where both halves of a stamp stand one column in s in the place of the first.
+
+    It is called what both names begin with, ``header.stamp``, or ``stamp``.
+    """
+    joined = dict[str, Array]()
+    halves = set[str]()
+    for name, values in columns.items():
+        found = SECONDS.fullmatch(name)
+        beside = [found[1] + word for word in NANOSECONDS if found[1] + word in columns] if found else []
+        whole = (found[2] or "stamp") if found and beside else name
+        if whole == name or whole in columns:
+            joined[name] = values
+        else:
+            joined[whole] = values + 1e-9 * columns[beside[0]]
+            halves.add(beside[0])
+    return {name: values for name, values in joined.items() if name not in halves}

@@ -1,22 +1,21 @@
 """A plant and a task as a Gymnasium environment, for agents from outside."""
 
-from collections.abc import Callable
 from typing import Any
 
 import gymnasium
 import numpy as np
 import torch
+from gymnasium.wrappers import TransformReward
 
 from sym2real.errors import ModelError
 from sym2real.plants.equations_plant import EquationsPlant
 from sym2real.plants.model_plant import ModelPlant
 from sym2real.plants.mujoco_plant import MujocoPlant
-from sym2real.protocols import Plant
 from sym2real.tasks import Task
 from sym2real.tasks.cost import running_cost
 from sym2real.trajectory import Array
 
-Reward = Callable[[Array, Array, Array], float]
+__all__ = ["TaskEnvironment", "TransformReward"]
 
 
 class TaskEnvironment(gymnasium.Env[Array, Array]):  # type: ignore[misc]
@@ -27,7 +26,6 @@ class TaskEnvironment(gymnasium.Env[Array, Array]):  # type: ignore[misc]
     Args:
         plant: a plant of a robot.
         task: gives the start, the reference and the cost.
-        reward: of state after the action, action, reference; None for minus the cost.
 
     Raises:
         ModelError: when the plant knows no robot, and with it no limits.
@@ -35,14 +33,12 @@ class TaskEnvironment(gymnasium.Env[Array, Array]):  # type: ignore[misc]
 
     metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 — Gymnasium's own declaration
 
-    def __init__(
-        self, plant: MujocoPlant | ModelPlant | EquationsPlant, task: Task, reward: Reward | None = None
-    ) -> None:
+    def __init__(self, plant: MujocoPlant | ModelPlant | EquationsPlant, task: Task) -> None:
         if plant.robot is None:
             raise ModelError("a Gymnasium view needs a plant of a robot, which knows its action limits")
         self.plant, self.task = plant, task
         self.steps = round(task.duration / plant.dt)
-        self._reward = reward or _minus_cost(plant, task)
+        self._cost = running_cost(task, plant.layouts)
         size = plant.layouts.state.size
         self.observation_space = gymnasium.spaces.Box(-np.inf, np.inf, (size,), np.float64)
         self.action_space = gymnasium.spaces.Box(plant.robot.low, plant.robot.high, dtype=np.float64)
@@ -60,16 +56,6 @@ class TaskEnvironment(gymnasium.Env[Array, Array]):  # type: ignore[misc]
         """
         state = self.plant.step(action)
         self._step += 1
-        time = torch.tensor(self._step * self.plant.dt, dtype=torch.float64)
-        sent = self.plant.sent
-        reward = self._reward(state, sent, self.task.reference(time).numpy())
-        return state, reward, self.plant.crashed, self._step >= self.steps, {"sent": sent}
-
-
-def _minus_cost(plant: Plant, task: Task) -> Reward:
-    cost = running_cost(task, plant.layouts)
-
-    def reward(state: Array, action: Array, reference: Array) -> float:
-        return -float(cost(*(torch.as_tensor(values, dtype=torch.float64) for values in (state, action, reference))))
-
-    return reward
+        time, sent = torch.tensor(self._step * self.plant.dt, dtype=torch.float64), self.plant.sent
+        cost = float(self._cost(torch.as_tensor(state), torch.as_tensor(sent), self.task.reference(time)))
+        return state, -cost, self.plant.crashed, self._step >= self.steps, {"sent": sent}

@@ -6,25 +6,19 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 from rich.console import Group
+from rich.table import Table
 from rich.text import Text
 
 from sym2real.adaptation import Improvement, RoundReport
+from sym2real.adaptation.round_report import best_of, settled
 from sym2real.report.charts import Chart, Line
 from sym2real.report.figures import charts_figure
 from sym2real.report.tables import compact_table, number
 
 
-def rounds_table(reports: Sequence[RoundReport], on_top: int, settled: bool) -> Group:
-    """One row per round, and what the figures mean.
-
-    Args:
-        reports: of every round.
-        on_top: round whose model is the one that the folder's verbs open.
-        settled: whether the run ended because nothing got better.
-    """
-    ahead, best = f"{reports[0].horizon:.3g} s", reports[on_top]
-    title = "rounds: the model of each has learned from the logs of those before"
-    table = compact_table(title, rounds_headings(reports), rounds_rows(reports, on_top), left=("",))
+def rounds_report(reports: Sequence[RoundReport]) -> Group:
+    """One row per round, and what the figures mean."""
+    ahead, best = f"{reports[0].horizon:.3g} s", reports[best_of(reports)]
     lines = [
         f"error: mean distance from the reference; {ahead}: error of the position predicted that far ahead, on the "
         "round's own log, which its model has not seen",
@@ -40,23 +34,22 @@ def rounds_table(reports: Sequence[RoundReport], on_top: int, settled: bool) -> 
     effects = best.learned.effects
     lines += [f"effects in the equations: {', '.join(effects)}"] if effects else []
     what = "position error" if reports[0].flown else "prediction"
-    lines += [f"ended: two rounds in a row have not improved the {what} beyond its interval"] if settled else []
-    return Group(table, *(Text(line) for line in lines))
+    lines += (
+        [f"ended: two rounds in a row have not improved the {what} beyond its interval"] if settled(reports) else []
+    )
+    return Group(rounds_table(reports), *(Text(line) for line in lines))
 
 
 def _refused(report: RoundReport) -> bool:
     return bool(report.learned.refused)
 
 
-def rounds_headings(reports: Sequence[RoundReport]) -> list[str]:
-    """Of what :func:`rounds_rows` gives."""
-    return ["round", "rows", "error m", "% better", "cost", f"{reports[0].horizon:.3g} s m", "% better", "λ", "s", ""]
-
-
-def rounds_rows(reports: Sequence[RoundReport], on_top: int) -> list[list[str]]:
+def rounds_table(reports: Sequence[RoundReport]) -> Table:
     """Figures of every round; the last cell says which model is on top, what crashed, and what was not used."""
-    return [
-        [
+    best, ahead = best_of(reports), f"{reports[0].horizon:.3g} s m"
+    headings = ("round", "rows", "error m", "% better", "cost", ahead, "% better", "λ", "s", "")
+    rows = [
+        (
             str(report.number),
             str(report.learned.rows),
             number(report.error),
@@ -66,10 +59,12 @@ def rounds_rows(reports: Sequence[RoundReport], on_top: int) -> list[list[str]]:
             _percent(report.gain),
             number(report.learned.penalty, 1),
             f"{report.learned.seconds:.0f}",
-            " ".join(["top"] * (report.number == on_top) + ["crash"] * report.crashed + ["kept"] * _refused(report)),
-        ]
+            " ".join(["top"] * (report.number == best) + ["crash"] * report.crashed + ["kept"] * _refused(report)),
+        )
         for report in reports
     ]
+    title = "rounds: the model of each has learned from the logs of those before"
+    return compact_table(title, headings, rows, left=("",))
 
 
 def _percent(gain: Improvement) -> str:
@@ -100,10 +95,10 @@ def rounds_charts(reports: Sequence[RoundReport]) -> list[Chart]:
     return charts
 
 
-def rounds_figure(reports: Sequence[RoundReport], on_top: int) -> Figure:
+def rounds_figure(reports: Sequence[RoundReport]) -> Figure:
     """Position error of the episodes and of the predictions, by round; the model on top is marked."""
     figure = charts_figure(rounds_charts(reports))
     for axis in figure.axes:
-        axis.axvline(on_top, color="0.8", zorder=0, label="on top")
+        axis.axvline(best_of(reports), color="0.8", zorder=0, label="on top")
         axis.set_xticks([report.number for report in reports])
     return figure

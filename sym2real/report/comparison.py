@@ -7,7 +7,7 @@ from rich.table import Table
 from sym2real.diagnosis import Comparison
 from sym2real.diagnosis.data.windows import JUDGED_AT
 from sym2real.report.diagnosis import where_lines
-from sym2real.report.tables import compact_table, decimals, number, sparkline
+from sym2real.report.tables import compact_table, decimals, number
 
 
 def comparison_report(comparison: Comparison) -> RenderableType:
@@ -36,17 +36,15 @@ def comparison_table(comparison: Comparison) -> Table:
 def floor_table(comparison: Comparison) -> Table:
     """Errors near 0.8 s ahead beside what no model can do better, one row per channel.
 
-    Also fit and skill, and how the error grows with the horizon.
+    Also fit and skill.
     """
     shown = comparison.horizons or (comparison.one_step,)
     errors = min(shown, key=lambda at: abs(at.horizon - JUDGED_AT))
-    over = f"to {max(at.horizon for at in shown):g} s"
-    headings = ("channel", "error", "sensor\nnoise", "excess", "fit %", "skill\nhold", "skill\nmean", over)
+    headings = ("channel", "error", "sensor\nnoise", "excess", "fit %", "skill\nhold", "skill\nmean")
     rows = []
     for channel, error in errors.errors.items():
         sizes = [number(value) for value in (error.value, error.floor, error.excess)]
         skills = (decimals(error.fit, 0), decimals(error.skill, 2), decimals(error.skill_mean, 2))
-        growth = sparkline([at.errors[channel].value for at in (comparison.one_step, *comparison.horizons)])
-        rows.append((f"{channel} {error.unit}", *sizes, *skills, growth))
+        rows.append((f"{channel} {error.unit}", *sizes, *skills))
     title = f"{errors.horizon:.3g} s ahead, beside what the sensors' noise alone makes"
-    return compact_table(title, headings, rows, left=("channel", over))
+    return compact_table(title, headings, rows, left=("channel",))

@@ -36,13 +36,10 @@ def diagnosis_report(diagnosis: Diagnosis, shown_before: Collection[str] = ()) -
     if diagnosis.gate.best is not None:
         parts.append(gate_line(diagnosis.gate, diagnosis.gate.best))
     parts += leftover_lines(diagnosis.leftovers)
-    if diagnosis.proposal is not None:
-        parts.append(proposal_line(diagnosis.proposal))
-    base, explained = diagnosis.misfit
-    misfit = f"misfit per degree of freedom {number(base)} → {number(explained)}; 1 is fully explained"
+    parts += proposal_lines(diagnosis.proposal)
     parts += _remarks([note for note in diagnosis.notes if note not in shown_before])
     parts += [f"[dim]{escape(line)}[/]" for line in untried_lines(diagnosis)]
-    parts.append(f"[dim]{misfit}; {diagnosis.tried} hypotheses tested; {diagnosis.seconds:.0f} s[/]")
+    parts.append(f"[dim]{misfit_line(diagnosis)}; {diagnosis.tried} hypotheses tested; {diagnosis.seconds:.0f} s[/]")
     return Group(*parts)
 
 
@@ -85,10 +82,18 @@ def gate_line(gate: Gate, best: Fall) -> str:
     return f"{verdict}: the held-out error {best.said}{risen}"
 
 
-def proposal_line(term: Term) -> str:
-    """A proposed term."""
+def misfit_line(diagnosis: Diagnosis) -> str:
+    """How much of what the base leaves is explained."""
+    base, explained = diagnosis.misfit
+    return f"misfit per degree of freedom {number(base)} → {number(explained)}; 1 is fully explained"
+
+
+def proposal_lines(term: Term | None) -> list[str]:
+    """A proposed term, if there is one."""
+    if term is None:
+        return []
     fall = f"lowers the whitened loss of pieces left out by {100 * term.gain:.1f} %"
-    return f"[yellow]proposed, unverified[/] {escape(term.expression)} beside {escape(term.channel)}: {fall}"
+    return [f"[yellow]proposed, unverified[/] {escape(term.expression)} beside {escape(term.channel)}: {fall}"]
 
 
 def term_command(term: Term, model: str) -> str:

@@ -1,30 +1,26 @@
 """Figures as files: measured against predicted, error over the horizon, the path that was flown or driven."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import cycle
-from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis import ROWS, Comparison, Diagnosis, Floor, Tried
-from sym2real.diagnosis.data.preparation import told_apart
+from sym2real.diagnosis import Comparison, Floor
 from sym2real.diagnosis.data.windows import JUDGED_AT
 from sym2real.diagnosis.errors.rungs import Stage
-from sym2real.files import safe_name
 from sym2real.report.charts import Chart
 from sym2real.report.horizons import comparison_charts, ladder_charts
 from sym2real.report.html.added import curves
 from sym2real.report.html.observed import observe
 from sym2real.report.html.variants import Given, Predicting, Switch
-from sym2real.report.style import LOOKS, MEASURED, REFERENCE, SERIES, grid, legend_below, logarithmic, save, small
+from sym2real.report.style import LOOKS, MEASURED, REFERENCE, SERIES, grid, legend_below, logarithmic, small
 from sym2real.trajectory import Trajectory
 
 SIGNALS_A_ROW = 3
-MOST_PREDICTED = 4  # logs that get a figure of their own
 
 
 def path_figure(trajectory: Trajectory) -> Figure:
@@ -100,63 +96,16 @@ def ladder_figure(stages: Sequence[Stage], floor: Sequence[Floor]) -> Figure:
     return charts_figure(ladder_charts(stages, floor), "held-out error, one effect after the other")
 
 
-def predictions_of(models: Mapping[str, Predicting], data: Dataset) -> dict[str, Figure]:
-    """For every log that is long enough, by its name, every signal: measured, and predicted in pieces of 0.8 s.
-
-    Those whose names as files would be one have their number ahead of it.
-
-    Args:
-        models: at most two, by what they are called.
-        data: logs with the models' columns.
-    """
-    logs = [log for log in told_apart(data) if len(log) > ROWS]
-    if not logs:
-        return {}
+def predictions_figure(models: Mapping[str, Predicting], log: Trajectory) -> Figure:
+    """Every signal of a log: measured, and predicted in pieces of 0.8 s by one or two models, by their names."""
     variants = Given(tuple(models.values()), tuple(Switch(name, "") for name in [*models][1:]))
-    charts = curves(observe(variants, Dataset(logs))).charts
-    names, files = ("measured", *models), [safe_name(log.name) for log in logs]
-    figures = {}
-    for place, log in enumerate(logs):
-        own = [_of_log(chart, place, names) for chart in charts]
-        title = f"{log.name}: measured, and predicted {JUDGED_AT:g} s ahead"
-        alone = files.count(files[place]) == 1
-        figures[log.name if alone else f"{place + 1}_{log.name}"] = charts_figure(own, title, beside=SIGNALS_A_ROW)
-    return figures
+    charts = [_named(chart, ("measured", *models)) for chart in curves(observe(variants, Dataset([log]))).charts]
+    title = f"{log.name}: measured, and predicted {JUDGED_AT:g} s ahead"
+    return charts_figure(charts, title, beside=SIGNALS_A_ROW)
 
 
-def _of_log(chart: Chart, place: int, names: Sequence[str]) -> Chart:
-    """A chart of one of its logs, its lines under these names."""
+def _named(chart: Chart, names: Sequence[str]) -> Chart:
+    """A chart of a single log, its lines under these names."""
     pairs = zip(chart.lines, names, strict=True)
-    lines = [replace(line, label=name, values=line.values[place]) for line, name in pairs]
-    return replace(chart, along=chart.along[place], lines=lines)
-
-
-def draw_comparison(model: Predicting, data: Dataset, comparison: Comparison, folder: Path) -> list[Path]:
-    """Write the figures of a comparison; one of predictions for each of the first logs."""
-    figures = {"error_over_horizon": comparison_figure(comparison)}
-    return list(_save(figures | _predictions({"model": model}, data), folder))
-
-
-def draw_found(
-    models: Mapping[str, Predicting], data: Dataset, found: Diagnosis | Tried, folder: Path
-) -> Iterator[Path]:
-    """Write the figures of a diagnosis or of the test of an effect, one after the other.
-
-    Args:
-        models: the base and, where something was found, the informed model, by what they are called.
-        data: logs without the faults that were found.
-        found: its ladder and floor are drawn.
-        folder: is made where it is missing.
-    """
-    figures = {"ladder": ladder_figure(found.ladder, found.floor)} if found.ladder else {}
-    yield from _save(figures | _predictions(models, data), folder)
-
-
-def _predictions(models: Mapping[str, Predicting], data: Dataset) -> dict[str, Figure]:
-    predicted = predictions_of(models, Dataset(list(data)[:MOST_PREDICTED]))
-    return {f"{name}_predicted": figure for name, figure in predicted.items()}
-
-
-def _save(figures: Mapping[str, Figure], folder: Path) -> Iterator[Path]:
-    for name, figure in figures.items():
-        yield save(figure, folder, safe_name(name))
+    lines = [replace(line, label=name, values=line.values[0]) for line, name in pairs]
+    return replace(chart, along=chart.along[0], lines=lines)

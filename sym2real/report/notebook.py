@@ -13,7 +13,7 @@ from sym2real.errors import ModelError
 from sym2real.report.adaptation import rounds_figure
 from sym2real.report.comparison import comparison_report
 from sym2real.report.diagnosis import diagnosis_in_short, diagnosis_report, tried_report
-from sym2real.report.figures import comparison_figure, ladder_figure, path_figure, predictions_of
+from sym2real.report.figures import comparison_figure, ladder_figure, path_figure, predictions_figure
 from sym2real.report.html.variants import Predicting
 from sym2real.report.plan import plan_report
 from sym2real.trajectory import Trajectory
@@ -30,13 +30,12 @@ def log_plot(log: Trajectory, models: Mapping[str, Predicting]) -> Figure:
     """
     if not models:
         return _shown(path_figure(log))
-    figures = predictions_of(models, long_enough(log, next(iter(models.values()))))
-    return _shown(next(iter(figures.values())))
+    return _shown(predictions_figure(models, long_enough(log, next(iter(models.values())))[0]))
 
 
 def adaptation_plot(adapted: Adaptation) -> Figure:
     """Errors by round."""
-    return _shown(rounds_figure(adapted.reports, adapted.best))
+    return _shown(rounds_figure(adapted.reports))
 
 
 def comparison_plot(comparison: Comparison) -> Figure:

@@ -4,9 +4,7 @@ import math
 from collections.abc import Collection, Iterable, Sequence
 from typing import Any
 
-import numpy as np
 import sympy
-from numpy.typing import ArrayLike
 from rich import box
 from rich.markup import escape
 from rich.table import Column, Table
@@ -17,8 +15,6 @@ from sym2real.layout import unit_of_place
 from sym2real.regression import Dependence
 from sym2real.robots import Robot
 from sym2real.symbolic import Equations
-
-BLOCKS = "▁▂▃▄▅▆▇█"
 
 
 def number(value: float, digits: int = 3) -> str:
@@ -119,23 +115,3 @@ def flight_table(flights: Sequence[Flight], plant: str = "simulator") -> Table:
         sizes = (flight.tracking, flight.final, 1e3 * flight.act_median, 1e3 * flight.act_p99)
         rows.append((flight.trajectory.name, "by a crash" if flight.crashed else "in time", *map(number, sizes)))
     return table_of(f"flown in the {plant}", headings, rows, left=("task", "ended"))
-
-
-def sparkline(values: ArrayLike, highest: float | None = None) -> str:
-    """A series as one word of blocks, ▁▂▅█, from zero to the largest value; a space where a value is not finite.
-
-    Args:
-        values: not negative ``# (n,)``.
-        highest: of the scale; the largest value by default.
-    """
-    series = np.asarray(values, dtype=np.float64)
-    top = float(series[np.isfinite(series)].max(initial=0.0)) if highest is None else highest
-    return "".join(_block(value, top) for value in series)
-
-
-def _block(value: float, top: float) -> str:
-    if not np.isfinite(value):
-        return " "
-    if not top > 0.0:
-        return BLOCKS[0]
-    return BLOCKS[min(len(BLOCKS) - 1, int(value / top * len(BLOCKS)))]

@@ -4,9 +4,7 @@ import torch
 from torch import Tensor
 
 from sym2real.robots.robot import Robot
-from sym2real.tasks.cost import tracking_cost
-from sym2real.tasks.path import Path, along, episode_length
-from sym2real.tasks.start import on_path
+from sym2real.tasks.path import Path, following
 from sym2real.tasks.task import Task, motion, require, require_positive
 
 RADIUS = {"flight": 0.5, "drive": 1.5}  # m; the car's from the paper authors' logs
@@ -25,8 +23,7 @@ def circle(robot: Robot, radius: float | None = None, speed: float | None = None
     Raises:
         ShapeError: for a radius or a speed that is not positive.
     """
-    reference = along(circular_path(robot, radius, speed, clockwise), robot)
-    return Task("circle", reference, tracking_cost(robot), on_path(reference, robot), episode_length(robot))
+    return following("circle", circular_path(robot, radius, speed, clockwise), robot)
 
 
 def reverse_circle(
@@ -44,8 +41,7 @@ def reverse_circle(
         ShapeError: when the robot has no heading, and for a radius or a speed that is not positive.
     """
     require(robot, "heading", "reverse_circle")
-    reference = along(circular_path(robot, radius, speed, clockwise), robot, reverse=True)
-    return Task("reverse_circle", reference, tracking_cost(robot), on_path(reference, robot), episode_length(robot))
+    return following("reverse_circle", circular_path(robot, radius, speed, clockwise), robot, reverse=True)
 
 
 def circular_path(robot: Robot, radius: float | None, speed: float | None, clockwise: bool) -> Path:

@@ -11,9 +11,7 @@ import torch
 from torch import Tensor
 
 from sym2real.robots.robot import Robot
-from sym2real.tasks.cost import tracking_cost
-from sym2real.tasks.path import along, episode_length
-from sym2real.tasks.start import on_path
+from sym2real.tasks.path import following
 from sym2real.tasks.task import Task, motion, require_positive
 
 HALF_WIDTH = {"flight": 0.5, "drive": 2.4}  # m; the car's is the smallest that its steering allows with some reserve
@@ -46,5 +44,4 @@ def lemniscate(robot: Robot, half_width: float | None = None, period: float | No
         bend = torch.stack([c * (12 * s**2 - 3 - s**4), s * c * (6 * s**2 - 10)], dim=-1)
         return position, velocity, a * omega**2 * bend / d[..., None] ** 3
 
-    reference = along(path, robot)
-    return Task("lemniscate", reference, tracking_cost(robot), on_path(reference, robot), episode_length(robot))
+    return following("lemniscate", path, robot)

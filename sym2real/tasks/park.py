@@ -9,8 +9,7 @@ from torch import Tensor
 from sym2real.registry import Registry
 from sym2real.robots.robot import Robot
 from sym2real.tasks.cost import tracking_cost
-from sym2real.tasks.path import episode_length
-from sym2real.tasks.start import car_at_rest
+from sym2real.tasks.path import car_at_rest, episode_length
 from sym2real.tasks.task import Task, require, require_numbers
 from sym2real.trajectory import Array
 

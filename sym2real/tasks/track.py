@@ -13,9 +13,7 @@ from torch import Tensor
 
 from sym2real.registry import Registry
 from sym2real.robots.robot import Robot
-from sym2real.tasks.cost import tracking_cost
-from sym2real.tasks.path import Path, along, episode_length
-from sym2real.tasks.start import on_path
+from sym2real.tasks.path import Path, following
 from sym2real.tasks.task import Task, motion, require_positive
 from sym2real.trajectory import Array
 
@@ -55,8 +53,7 @@ def track(robot: Robot, shape: str = "oval", speed: float = SPEED, scale: float 
     """
     size = SCALE[motion(robot)] if scale is None else scale
     require_positive("track", speed=speed, scale=size)
-    reference = along(rounded_path(TRACKS[shape], speed, size), robot)
-    return Task("track", reference, tracking_cost(robot), on_path(reference, robot), episode_length(robot))
+    return following("track", rounded_path(TRACKS[shape], speed, size), robot)
 
 
 def rounded_path(polygon: Polygon, speed: float, scale: float) -> Path:

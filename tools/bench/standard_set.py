@@ -13,13 +13,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 import standard_trim
 import torch
+from at_its_pace import GAINS, AtItsPace
 from numpy.typing import ArrayLike
 
 from sym2real.control import GeometricQuadrotor
 from sym2real.dataset import Dataset
 from sym2real.effects import effect
 from sym2real.errors import ModelError
-from sym2real.experiments.at_its_pace import GAINS, AtItsPace
 from sym2real.experiments.excitation import dithered, unlimited
 from sym2real.experiments.standard_conditions import sensors
 from sym2real.plants import MujocoPlant, run_episode

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from importlib import resources
@@ -14,34 +13,17 @@ import numpy as np
 from sym2real.effects import effect
 from sym2real.errors import DataError, ModelError, Sym2RealError, UnknownNameError
 from sym2real.experiments.study.contestants import CONTESTANTS
-from sym2real.experiments.study.mechanisms import MECHANISMS, require_mechanism
+from sym2real.experiments.study.mechanisms import MECHANISMS
 from sym2real.files import read_toml
 from sym2real.plants import MujocoPlant
 from sym2real.registry import Registry
 from sym2real.robots import ROBOTS, Robot
 from sym2real.tasks import Task, make_task
-from sym2real.toml_tables import SWITCH, TABLE, TEXT, Rule, checked, number, tables, texts
+from sym2real.toml_tables import of_kind
 
 Parts: TypeAlias = tuple[tuple[str, Mapping[str, float]], ...]
 
 FOLDER = resources.files("sym2real.experiments").joinpath("cases")
-OF_SUITE = {
-    "title": TEXT,
-    "contestants": texts("a list of names"),
-    "case": tables("at least one [[case]]", least=1),
-}
-OF_CASE = {
-    **dict.fromkeys(("title", "robot", "task", "paper"), TEXT),
-    "name": Rule(
-        "of letters, digits and hyphens: it names files",
-        lambda name: isinstance(name, str) and name.replace("-", "").isalnum(),
-    ),
-    "options": TABLE,
-    "effects": tables("a list of { effect = NAME, number = … }"),
-    "mechanisms": tables("a list of { mechanism = NAME, number = … }"),
-    "truth": texts("a list of effects"),
-    "ensemble": SWITCH,
-}
 
 
 @dataclass(frozen=True)
@@ -87,6 +69,15 @@ class Case:
         changes = [effect(key, robot).inject(**values) for key, values in self.effects]
         changes += [MECHANISMS[name](robot, rng, **values) for name, values in self.mechanisms]
         return MujocoPlant(robot, changes)
+
+
+@dataclass(frozen=True)
+class Listed:
+    """A file of cases, each a table."""
+
+    title: str
+    contestants: tuple[str, ...]
+    case: tuple[dict[str, Any], ...]
 
 
 @dataclass(frozen=True)
@@ -141,25 +132,23 @@ def load_suite(name: str) -> Suite:
 
 
 def _suite(file: Path, table: Mapping[str, Any]) -> Suite:
-    given = checked(file, table, OF_SUITE, kind="field", needed=OF_SUITE)
+    given = of_kind(file, table, Listed, key="field")
     try:
-        asked = tuple(name for name in given["contestants"] if CONTESTANTS[name])
+        asked = tuple(name for name in given.contestants if CONTESTANTS[name])
     except UnknownNameError as error:
         raise DataError(file, "contestants that exist", str(error)) from error
-    cases = tuple(_case(file, row) for row in given["case"])
+    cases = tuple(_case(file, row) for row in given.case)
     names = [case.name for case in cases]
     if len(set(names)) < len(names):
         raise DataError(file, "name: a name of its own for every case", ", ".join(names))
-    return Suite(given["title"], asked, cases)
+    return Suite(given.title, asked, cases)
 
 
 def _case(file: Path, row: Mapping[str, Any]) -> Case:
     where = f"case {row.get('name', '')!r}"
-    given = checked(file, row, OF_CASE, where=f"{where}, ", kind="field", needed=("name", "title", "robot", "task"))
-    for kind in ("effect", "mechanism"):
-        given[f"{kind}s"] = _parts(file, where, given.get(f"{kind}s", ()), kind)
-    given.setdefault("truth", tuple(key for key, _ in given["effects"]))
-    case = Case(**given)
+    parts = {f"{kind}s": _parts(row[f"{kind}s"], kind) for kind in ("effect", "mechanism") if f"{kind}s" in row}
+    case = of_kind(file, {**row, **parts}, Case, where=f"{where}, ", key="field")
+    case = case if "truth" in row else replace(case, truth=tuple(key for key, _ in case.effects))
     try:
         require_possible(case)
     except (Sym2RealError, AttributeError, OverflowError, TypeError, ValueError) as error:
@@ -173,23 +162,20 @@ def require_possible(case: Case) -> None:
     Raises:
         Sym2RealError: with the name or number that does not fit.
     """
+    if not case.name.replace("-", "").isalnum():
+        raise ModelError(f"name: expected letters, digits and hyphens, which name files, found {case.name!r}")
     robot = case.of_robot
     case.of_task()
     for key, values in case.effects:
         if not values:
             raise ModelError(f"{key}: expected values, found none")
-        effect(key, robot).inject(**values)
-    for name, values in case.mechanisms:
-        require_mechanism(name, robot, values)
+    case.plant(0)
     for key in case.truth:
         effect(key, robot)
 
 
-def _parts(file: Path, where: str, entries: Sequence[Mapping[str, Any]], kind: str) -> Parts:
-    """``effects`` or ``mechanisms`` of a case."""
-    found = []
-    for entry in entries:
-        rules = dict.fromkeys(entry, number("a finite number", -math.inf)) | {kind: TEXT}
-        values = checked(file, entry, rules, where=f"{where}, {entry.get(kind, kind)}, ", needed=(kind,))
-        found.append((values.pop(kind), values))
-    return tuple(found)
+def _parts(entries: Any, kind: str) -> Any:
+    """``effects`` or ``mechanisms`` of a case as pairs of a name and its numbers; what is none stays as it is."""
+    if not isinstance(entries, list) or not all(isinstance(entry, dict) and kind in entry for entry in entries):
+        return entries
+    return [(entry[kind], {name: value for name, value in entry.items() if name != kind}) for entry in entries]

@@ -3,8 +3,7 @@
 A mechanism is a function of the robot, a generator of random numbers and its own numbers, and gives a change.
 """
 
-import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -57,6 +56,9 @@ def speed_loop_windup(robot: Robot, rng: np.random.Generator, gain: float, torqu
     The activation of MuJoCo's integrator is ∫ω_cmd dt, and the actuator's length is ∫ω dt.
     """
 
+    if "speed" not in robot.layouts.action:
+        raise ModelError(f"speed_loop_windup: expected a robot with the command speed, found {robot.name}")
+
     def edit(spec: Any) -> None:
         for actuator in spec.actuators:
             if actuator.name in ACTUATORS["speed"]:
@@ -78,24 +80,3 @@ MECHANISMS: Registry[Callable[..., Change]] = Registry(
         "speed_loop_windup": speed_loop_windup,
     },
 )
-# What only a robot with these columns can have.
-NEEDS = {"swinging_payload": ("thrust",), "speed_loop_windup": ("speed",)}
-
-
-def require_mechanism(name: str, robot: Robot, values: Mapping[str, float]) -> None:
-    """Refuse a mechanism that a robot cannot be given.
-
-    Raises:
-        UnknownNameError: for one that does not exist.
-        ModelError: for a robot that lacks what it changes, and for other numbers than it has.
-    """
-    wanted = set(list(inspect.signature(MECHANISMS[name]).parameters)[2:])
-    if wanted != set(values):
-        shown = [", ".join(sorted(names)) or "none" for names in (wanted, set(values))]
-        raise ModelError(f"{name}: expected the numbers {shown[0]}, found {shown[1]}")
-    missing = [column for column in NEEDS.get(name, ()) if column not in robot.layouts.action]
-    if missing:
-        raise ModelError(f"{name}: expected a robot with the command {missing[0]}, found {robot.name}")
-    for key, value in values.items():
-        if not value > 0:
-            raise ModelError(f"{name}: expected {key} > 0, found {value!r}")

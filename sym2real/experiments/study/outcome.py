@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 from sym2real.trajectory import Array
 
@@ -58,15 +57,3 @@ class Outcome:
     x: str = ""
     y: str = ""
     panels: tuple[Panel, ...] = field(default=())
-
-    def curves(self) -> dict[str, Any]:
-        """What the panels show, for JSON."""
-        panels = [
-            {**vars(panel), "lines": {name: _listed(line) for name, line in panel.lines.items()}}
-            for panel in self.panels
-        ]
-        return {"x": self.x, "y": self.y, "panels": panels}
-
-
-def _listed(line: Line) -> dict[str, list[float]]:
-    return {end: values.tolist() for end, values in vars(line).items()}

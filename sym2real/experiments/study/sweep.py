@@ -2,27 +2,26 @@
 
 A job that has been answered is not run again, so a sweep that was stopped goes on where it was. On this machine the
 jobs run in processes of joblib; with the address of a dask scheduler its workers run them, and what a lost worker had
-begun is begun anew by another. What jobs say of themselves while they run stands in ``running/NAME.txt``.
+begun is begun anew by another.
 """
 
 import json
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol, TypeAlias
 
 import torch
-from joblib import Parallel, delayed
+from joblib import Parallel, delayed, parallel_config
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 
 from sym2real.errors import DataError, ModelError, Sym2RealError, needing, reason
-from sym2real.files import make_folder, read_object, write_text
+from sym2real.files import read_object, write_text
 
 Record: TypeAlias = dict[str, Any]
-Tell: TypeAlias = Callable[[str], None]
-ANSWERS, RUNNING, TOPIC = "answers", "running", "sym2real"
+ANSWERS = "answers"
 CONNECT = "10 s"
 MOST_LOST = 3  # times that processes of this machine may be lost, to a lack of memory say
 
@@ -38,8 +37,8 @@ class Job(Protocol):
     def asked(self) -> Record:
         """Everything that the answer depends on, as JSON holds it."""
 
-    def run(self, tell: Tell) -> Record:
-        """The answer, as JSON holds it; ``tell`` takes a line about what is going on."""
+    def run(self) -> Record:
+        """The answer, as JSON holds it."""
 
 
 @dataclass(frozen=True)
@@ -81,18 +80,15 @@ def run_sweep(
     answers = kept(jobs, folder)
     rest = [job for job in jobs if job.name not in answers]
     on_progress(Progress(len(answers), len(jobs)))
-    status = make_folder(folder / RUNNING)
-    for file in status.glob("*.txt"):
-        file.unlink(missing_ok=True)  # of a sweep that was killed, or of one beside this whose job has just ended
     failed: dict[str, str] = {}
-    coming = _on_cluster(rest, cluster, status) if cluster else _on_this_machine(rest, workers, status)
-    for name, record in coming:
-        if "error" in record:
-            failed[name] = record["error"]
-            continue
-        write_text(answer_file(folder, name), json.dumps(record, indent=1))
-        answers[name] = record
-        on_progress(Progress(len(answers), len(jobs), name, record["seconds"]))
+    with _on_cluster(cluster) if cluster else nullcontext():
+        for name, record in _answers(rest, -1 if cluster else workers):
+            if "error" in record:
+                failed[name] = record["error"]
+                continue
+            write_text(answer_file(folder, name), json.dumps(record, indent=1))
+            answers[name] = record
+            on_progress(Progress(len(answers), len(jobs), name, record["seconds"]))
     if failed:
         failures = "; ".join(f"{name}: {error}" for name, error in sorted(failed.items()))
         raise ModelError(f"{len(failed)} of {len(jobs)} jobs failed ({failures}); all other answers are in {folder}")
@@ -128,45 +124,21 @@ def answer_file(folder: Path, name: str) -> Path:
     return folder / ANSWERS / f"{name}.json"
 
 
-def running(folder: Path) -> tuple[str, ...]:
-    """What the jobs that run say of themselves now."""
-    words = []
-    for file in sorted((folder / RUNNING).glob("*.txt")):
-        with suppress(OSError):  # it has just ended
-            words.append(f"{file.stem}: {file.read_text(encoding='utf-8')}")
-    return tuple(words)
-
-
-def answered(job: Job, status: Path | None) -> tuple[str, Record]:
+def answered(job: Job) -> tuple[str, Record]:
     """Run a job in this process: its name and its answer, or ``error`` in its place."""
     torch.set_num_threads(1)
-    tell = _to_events(job.name) if status is None else _to_file(status)
     began = time.perf_counter()
     try:
-        tell("begins")
-        return job.name, {**job.run(tell), "asked": job.asked, "seconds": time.perf_counter() - began}
+        return job.name, {**job.run(), "asked": job.asked, "seconds": time.perf_counter() - began}
     except (Sym2RealError, ArithmeticError, LookupError, OSError, RuntimeError, TypeError, ValueError) as error:
         return job.name, {"error": f"{type(error).__name__}: {reason(error)}"}
-    finally:
-        if status is not None:
-            status.unlink(missing_ok=True)
 
 
-def _to_file(status: Path) -> Tell:
-    return lambda text: write_text(status, text)
-
-
-def _to_events(name: str) -> Tell:
-    from distributed import get_worker  # noqa: PLC0415 — an extra
-
-    return lambda text: get_worker().log_event(TOPIC, {"job": name, "text": text})
-
-
-def _on_this_machine(jobs: Sequence[Job], workers: int, status: Path) -> Iterator[tuple[str, Record]]:
+def _answers(jobs: Sequence[Job], workers: int) -> Iterator[tuple[str, Record]]:
     """Answers as they come; where a process was lost, what it had begun is begun anew."""
     left = {job.name: job for job in jobs}
     for losses in range(MOST_LOST + 1):
-        runs = (delayed(answered)(job, status / f"{job.name}.txt") for job in list(left.values()))
+        runs = (delayed(answered)(job) for job in list(left.values()))
         try:
             for name, record in Parallel(n_jobs=workers, return_as="generator_unordered", batch_size=1)(runs):
                 del left[name]
@@ -177,25 +149,14 @@ def _on_this_machine(jobs: Sequence[Job], workers: int, status: Path) -> Iterato
                 raise ModelError(f"processes were lost {losses + 1} times: is there enough memory?") from None
 
 
-def _on_cluster(jobs: Sequence[Job], address: str, status: Path) -> Iterator[tuple[str, Record]]:
-    """Answers as they come; the scheduler gives what a lost worker had begun to another."""
+@contextmanager
+def _on_cluster(address: str) -> Iterator[None]:
+    """Joblib's jobs run on dask's workers; the scheduler gives what a lost worker had begun to another."""
     with needing("a cluster needs dask.distributed", "cluster"):
-        from distributed import Client, as_completed  # noqa: PLC0415 — an extra
+        from distributed import Client  # noqa: PLC0415 — an extra
     try:
         client = Client(address, timeout=CONNECT)
     except (OSError, ValueError) as error:
         raise ModelError(f"--cluster: expected the address of a dask scheduler, found {address!r}: {error}") from error
-    left = {job.name for job in jobs}
-
-    def note(event: tuple[float, dict[str, str]]) -> None:
-        if event[1]["job"] in left:  # an event may come after the answer
-            write_text(status / f"{event[1]['job']}.txt", event[1]["text"])
-
-    with client:
-        client.subscribe_topic(TOPIC, note)
-        futures = [client.submit(answered, job, None, pure=False) for job in jobs]
-        for future in as_completed(futures):
-            name, record = future.result()
-            left.discard(name)
-            (status / f"{name}.txt").unlink(missing_ok=True)
-            yield name, record
+    with client, parallel_config("dask", n_jobs=-1):
+        yield

@@ -1,23 +1,13 @@
-"""MCAP files: JSON messages here, CDR messages (ROS 2) by :mod:`sym2real.logs.recordings.ros`.
-
-A file that this package wrote (:mod:`sym2real.logs.recordings.mcap_writer`) says so in its metadata: its columns keep
-their own names, and every number reads back as it was.
-"""
+"""MCAP files: JSON messages here, CDR messages (ROS 2) by :mod:`sym2real.logs.recordings.ros`."""
 
 import json
 from collections import defaultdict
-from collections.abc import Mapping
 from pathlib import Path
-
-import numpy as np
 
 from sym2real.errors import DataError, needing
 from sym2real.logs.recordings import ros
-from sym2real.logs.recordings.messages import NANOSECONDS, Messages, gathered, numbers, recording
-from sym2real.logs.recordings.recording import Recording, Topic
-
-OWN = "sym2real"  # name of the metadata that this package writes
-POSE, TRANSFORM = "/pose", "/tf"  # topics that it writes for viewers
+from sym2real.logs.recordings.messages import Messages, gathered, numbers, recording
+from sym2real.logs.recordings.recording import Recording
 
 
 def read(path: Path) -> Recording:
@@ -35,7 +25,6 @@ def read(path: Path) -> Recording:
     try:
         with path.open("rb") as file:
             reader = make_reader(file)
-            own = next((record.metadata for record in reader.iter_metadata() if record.name == OWN), None)
             for _, channel, message in reader.iter_messages(log_time_order=False):
                 encodings.add(channel.message_encoding)
                 if channel.message_encoding == "json":
@@ -50,12 +39,4 @@ def read(path: Path) -> Recording:
     if "json" not in encodings:
         found = f"messages in {', '.join(sorted(encodings))}" if encodings else "no message"
         raise DataError(path, "messages in json or cdr", found)
-    topics = {name: Messages(stamps[name], gathered(rows[name])) for name in rows}
-    return recording(topics) if own is None else _written(topics, own)
-
-
-def _written(topics: Mapping[str, Messages], own: Mapping[str, str]) -> Recording:
-    """A trajectory of this package; its pose stands in its state, too."""
-    groups = {name: messages for name, messages in topics.items() if name not in (POSE, TRANSFORM)}
-    stamps = {name: np.asarray(messages.nanoseconds) / NANOSECONDS for name, messages in groups.items()}
-    return Recording(tuple(Topic(name, stamps[name], groups[name].columns) for name in groups), own)
+    return recording({name: Messages(stamps[name], gathered(rows[name])) for name in rows})

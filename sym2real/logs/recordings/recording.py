@@ -83,12 +83,9 @@ class Recording:
 
     Args:
         topics: each with a message at least.
-        metadata: texts by name that this package wrote beside a trajectory's columns, which then keep their own names;
-            None for what others recorded.
     """
 
     topics: tuple[Topic, ...]
-    metadata: Mapping[str, str] | None = None
 
     @property
     def columns(self) -> list[str]:

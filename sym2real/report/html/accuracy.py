@@ -4,10 +4,10 @@ import numpy as np
 
 from sym2real.diagnosis import Comparison
 from sym2real.diagnosis.data.windows import JUDGED_AT
+from sym2real.report.comparison import comparison_table, floor_table
 from sym2real.report.horizons import comparison_charts
 from sym2real.report.html.observed import Observed
-from sym2real.report.html.page import Errors, Figures, Section, Table
-from sym2real.report.tables import decimals, number
+from sym2real.report.html.page import Errors, Figures, Section
 
 QUESTION = "How good is the model?"
 
@@ -26,22 +26,7 @@ def accuracy(comparison: Comparison, observed: Observed) -> Section:
     parts = (
         Errors(f"Error {ahead}", "Root mean square over windows that start every 0.1 s.", rows, shown),
         Figures("Error over the horizon", comparison_charts(comparison, observed.by_horizon)),
-        _table(comparison),
+        comparison_table(comparison),
+        floor_table(comparison),
     )
     return Section("accuracy", QUESTION, parts)
-
-
-def _table(comparison: Comparison) -> Table:
-    """Every horizon with the errors of every channel; fit and skill at the last one below a free run."""
-    channels = comparison.one_step.errors
-    columns = ["horizon in s", *(f"{name} in {error.unit}" for name, error in channels.items()), "skill", "fit in %"]
-    rows = []
-    for errors in (comparison.one_step, *comparison.horizons, comparison.free_run):
-        first = next(iter(errors.errors.values()))
-        sizes = [number(error.value) for error in errors.errors.values()]
-        rows.append([f"{errors.horizon:.3g}", *sizes, decimals(first.skill, 2), decimals(first.fit, 0)])
-    name = next(iter(channels))
-    reading = (
-        f"Skill of {name} against hold (1 is perfect, 0 no better); fit of {name} against its mean. Last row: free run."
-    )
-    return Table("Every horizon", columns, rows, reading)

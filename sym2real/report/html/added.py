@@ -1,15 +1,12 @@
-"""What happens when it is added? The ladder on held-out logs as a table, and measured against predicted."""
-
-from collections.abc import Sequence
+"""What happens when it is added? Measured against predicted."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sym2real.diagnosis.data.windows import JUDGED_AT
-from sym2real.diagnosis.errors.rungs import Stage, StageError
 from sym2real.report.charts import Chart, Line, of_model
 from sym2real.report.html.observed import Observed
-from sym2real.report.html.page import Figures, Table
+from sym2real.report.html.page import Figures
 from sym2real.report.html.signals import signal_units
 from sym2real.report.tables import number
 from sym2real.trajectory import Array
@@ -45,23 +42,6 @@ def _rows_drawn(predicted: Array, every: int) -> NDArray[np.bool_]:
     drawn = np.asarray(np.isnan(predicted).all(axis=(0, 2)))
     drawn[::every] = True
     return drawn
-
-
-def ladder_rows(stages: Sequence[Stage], held_out: Sequence[str], *, apart: bool) -> Table:
-    """The ladder near 0.8 s ahead as a table."""
-    horizon = stages[0].nearest(JUDGED_AT)
-    channels = stages[0].horizons[horizon]
-    columns = ["model", *(f"{name} in {error.unit}" for name, error in channels.items())]
-    rows = [[stage.model, *(_with_interval(error) for error in stage.horizons[horizon].values())] for stage in stages]
-    logs = f"{len(held_out)} log{'s' * (len(held_out) != 1)}" if held_out else "pieces"
-    how = f"{logs} that took no part in any fit" if apart else f"{logs}, each by the fit of the others"
-    if held_out and not apart and len(held_out) == 1:
-        how = f"{held_out[0]}, by the fit to the rest of it"
-    return Table(f"Held-out error {horizon:.3g} s ahead", columns, rows, f"On {how}; 95 % intervals.")
-
-
-def _with_interval(error: StageError) -> str:
-    return f"{number(error.value)} ({number(error.low, 2)}…{number(error.high, 2)})"
 
 
 def clipped(predicted: Array, measured: Array) -> Array:

@@ -1,18 +1,15 @@
-"""Where does it fail? The path coloured by error beyond noise, errors over time and features, the worst seconds."""
+"""Where does it fail? The path coloured by error beyond noise, errors over time, the worst seconds."""
 
-from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
 
-from sym2real.diagnosis import Comparison, Segment
+from sym2real.diagnosis import Comparison
 from sym2real.diagnosis.data.windows import channel_units, judged
 from sym2real.report.charts import Chart, Line, Role, of_model
 from sym2real.report.html.observed import Observed
 from sym2real.report.html.page import Figures, Lines, Part, Section
-from sym2real.report.html.regions import regions
 from sym2real.report.html.sentences import sentence
-from sym2real.report.html.signals import EULER, signal_units, signals, unwrapped
 from sym2real.report.tables import number
 from sym2real.trajectory import Array
 
@@ -21,7 +18,6 @@ QUESTION = "Where does it fail?"
 CLASSES = (1 / 8, 1 / 4, 1 / 2)
 EXCESS: tuple[Role, ...] = ("excess0", "excess1", "excess2", "excess3")  # of these classes and what is beyond
 PLANE = ("x", "y")
-SIGNALS = {"z": ("z",), "xy": ("x", "y"), "position": ("x", "y", "z"), "yaw": ("yaw",)}  # of a channel
 
 
 def failing(comparison: Comparison, observed: Observed) -> Section:
@@ -30,11 +26,8 @@ def failing(comparison: Comparison, observed: Observed) -> Section:
     if comparison.where:
         parts.append(Lines("", [f"{sentence(where.statement)}." for where in comparison.where]))
     parts.append(Figures("Along a log", _along(comparison, observed)))
-    if found := regions(observed, comparison.where):
-        reading = "Bands are 95 % intervals over blocks of a second."
-        parts.append(Figures("Error against what happens", found, reading))
     if comparison.worst:
-        parts.append(Figures("The worst seconds", _worst(comparison.worst, observed)))
+        parts.append(Lines("The worst seconds", [f"{sentence(segment.statement)}." for segment in comparison.worst]))
     return Section("failing", QUESTION, parts)
 
 
@@ -84,29 +77,3 @@ def _in_class(places: Array, up: Array, number: int) -> Array:
     inside = places == number
     inside[:, 1:] |= inside[:, :-1] & (places[:, 1:] >= 0)
     return np.where(inside, up, np.nan)
-
-
-def _worst(worst: Sequence[Segment], observed: Observed) -> list[Chart]:
-    """Measured and predicted in the worst windows, of the signal that is farthest off."""
-    starts, units, charts = observed.starts, signal_units(observed.layout), []
-    for segment, (place, predicted) in zip(worst, observed.windows.items(), strict=False):
-        log = starts.data[int(starts.log[place])]
-        rows = np.arange(starts.row[place] + 1, min(starts.row[place] + 1 + starts.steps, len(log)))
-        true, shown = unwrapped(observed.layout, signals(observed.layout, log.state[rows]), predicted[:, : len(rows)])
-        signal = _farthest(segment, observed, true, shown[0])
-        name, unit = list(units.items())[signal]
-        lines = [Line("measured", "measured", true[:, signal]), *of_model(shown[..., signal])]
-        statement = segment.statement.removeprefix(f"{segment.log} ")
-        title, time = f"{segment.log}, {segment.start:.1f} s", log.time[rows] - log.time[0]
-        charts.append(Chart(title, f"{sentence(statement)}.", "time in s", f"{name} in {unit}", time, lines))
-    return charts
-
-
-def _farthest(segment: Segment, observed: Observed, measured: Array, predicted: Array) -> int:
-    """Place of the signal of a segment's channel that ends farthest off."""
-    names = list(signal_units(observed.layout))
-    columns = {field.name: field.columns for field in observed.layout.fields}
-    wanted = SIGNALS.get(segment.channel) or (*columns.get(segment.channel, ()), *EULER)
-    places = [names.index(name) for name in wanted if name in names]
-    away = np.abs(np.nan_to_num(predicted - measured))[-1, places]
-    return places[int(np.argmax(away))]

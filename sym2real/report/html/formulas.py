@@ -1,9 +1,10 @@
-"""Equations before and after, with what the findings bring marked."""
+"""Equations before and after, with the terms that the findings bring marked."""
 
 from collections.abc import Collection, Mapping, Sequence
 
 from markupsafe import Markup
-from sympy import Expr, Symbol
+from sympy import Add, Expr, Symbol
+from sympy.printing.mathml import MathMLPresentationPrinter
 
 from sym2real.diagnosis import Finding
 from sym2real.diagnosis.predict.library import shielded
@@ -11,8 +12,8 @@ from sym2real.effects import Effect, compose, effect
 from sym2real.effects.body import Body
 from sym2real.effects.frames import axes
 from sym2real.effects.terms import ACTING
-from sym2real.report.html.mathml import mathml
 from sym2real.report.html.page import Formula, Formulas
+from sym2real.report.tables import rounded
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.expressions import names_in
 
@@ -34,11 +35,11 @@ def formulas(base: Equations, findings: Sequence[Finding]) -> list[Formulas]:
         before, [(effects[finding.effect], _symbols(effects[finding.effect], finding)) for finding in findings]
     )
     new = {symbol(name) for name in after.parameters if name not in before.parameters}
-    names, attitude = _names(after, effects), _attitude(before)
+    names = _attitude(before) | _names(after, effects)
     changed = {name: value for name, value in after.quantities.items() if before.quantities.get(name) != value}
 
     def shown(expression: Expr, marked: Collection[Symbol] = ()) -> Markup:
-        return mathml(expression.xreplace(attitude), marked, names)
+        return mathml(expression.xreplace(names), [entry.xreplace(names) for entry in marked])
 
     def both(name: str, was: Expr | None, now: Expr, marked: Collection[Symbol]) -> Formula:
         return Formula(name, Markup() if was is None else shown(was), shown(now, marked))
@@ -71,7 +72,7 @@ def _attitude(equations: Equations) -> dict[Expr, Expr]:
     if "qw" not in body.names:
         return {}
     return {
-        entry: Symbol(f"R|{row}{column}")
+        entry: Symbol(f"R_{row}{column}")
         for column, axis in enumerate(axes(body), start=1)
         for row, entry in enumerate(axis, start=1)
     }
@@ -91,10 +92,26 @@ def _symbols(of: Effect, finding: Finding) -> dict[str, Expr | float]:
     return {name: of.symbols()[name] if name in fitted else value for name, value in finding.values.items()}
 
 
-def _names(equations: Equations, effects: Mapping[str, Effect]) -> dict[str, str]:
-    """What symbols are called: parameters after their effect, what acts after what was commanded."""
-    names = {name: f"{name.removeprefix(ACTING)}|acting" for name in equations.quantities if name.startswith(ACTING)}
+def _names(equations: Equations, effects: Mapping[str, Effect]) -> dict[Expr, Expr]:
+    """Symbols as people read them, what follows a _ below: parameters with their effect, what acts in place of what."""
+    acting = [name for name in equations.quantities if name.startswith(ACTING)]
+    names: dict[Expr, Expr] = {symbol(name): Symbol(f"{name.removeprefix(ACTING)}_acting") for name in acting}
     for key, chosen in effects.items():
-        for name, parameter in chosen.symbols().items():
-            names[parameter.name] = key if name == "value" else f"{key}|{name}"
+        names |= {own: Symbol(key if name == "value" else f"{name}_{key}") for name, own in chosen.symbols().items()}
     return names
+
+
+def mathml(expression: Expr, marked: Collection[Expr] = ()) -> Markup:
+    """An expression with its numbers to four digits, a sum in terms between which a line may end.
+
+    Terms with one of the marked symbols get the class "new".
+    """
+    short, printer, shown = rounded(expression), MathMLPresentationPrinter({"mul_symbol": "dot"}), []
+    for place, term in enumerate(short.as_ordered_terms() if isinstance(short, Add) else [short]):
+        negative = term.could_extract_minus_sign()
+        sign = "−" if negative else "+" if place else ""
+        operator = f"<mo form='infix'>{sign}</mo>" if sign else ""
+        attribute = ' class="new"' if term.free_symbols & {*marked} else ""
+        body = printer.doprint(-term if negative else term)
+        shown.append(Markup(f"<math{attribute}><mrow>{operator}{body}</mrow></math>"))
+    return Markup(" ").join(shown)

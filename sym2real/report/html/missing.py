@@ -2,8 +2,9 @@
 
 from sym2real.diagnosis import Diagnosis, Finding
 from sym2real.effects import effect
-from sym2real.report.diagnosis import known_of
+from sym2real.report.diagnosis import fault_lines, known_of
 from sym2real.report.html.page import Card, Cards, Lines, Part, Section
+from sym2real.report.html.sentences import plain, sentence
 from sym2real.report.tables import number
 from sym2real.symbolic import Equations
 
@@ -18,8 +19,8 @@ def missing(base: Equations, found: Diagnosis) -> Section:
     else:
         parts.append(Lines("", ["No effect was found that the model lacks."]))
     if found.faults:
-        sentences = [f"{fault.evidence}; fix: {fault.fix}" if fault.fix else fault.evidence for fault in found.faults]
-        parts.append(Lines("Wrong with the data, and undone where the logs tell how", sentences))
+        faults = [sentence(plain(line)) for line in fault_lines(found.faults)]
+        parts.append(Lines("Wrong with the data, and undone where the logs tell how", faults))
     return Section("missing", QUESTION, parts)
 
 

@@ -1,10 +1,8 @@
 """What every combination of switches predicts of the logs: errors over the horizon and of every window, and curves."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import ROWS
@@ -29,7 +27,6 @@ class Observed:
         by_horizon: root mean square error by channel ``# (B, K)``.
         by_window: error by channel; not a number where a log ends before ``# (B, W)``.
         curves: by log, measured signals ``# (rows, signals)`` and predicted ones with gaps ``# (B, rows, signals)``.
-        windows: predicted signals of single windows by their place, ``# (B, steps, signals)``.
     """
 
     starts: Starts
@@ -38,30 +35,20 @@ class Observed:
     by_horizon: dict[str, Array]
     by_window: dict[str, Array]
     curves: tuple[tuple[Array, Array], ...]
-    windows: dict[int, Array]
 
     @property
     def layout(self) -> Layout:
         """Of the measured states."""
         return self.starts.data.layouts.state
 
-    @property
-    def judged(self) -> NDArray[np.bool_]:
-        """Windows that have an error ``# (W,)``."""
-        first = next(iter(self.by_window.values()))
-        return np.asarray(~np.isnan(first).all(axis=0))
 
-
-def observe(
-    variants: Given | WithFindings, data: Dataset, method: Start = "smoothed", single: Sequence[tuple[int, float]] = ()
-) -> Observed:
+def observe(variants: Given | WithFindings, data: Dataset, method: Start = "smoothed") -> Observed:
     """Predict with every combination of switches.
 
     Args:
         variants: models.
         data: logs with the models' columns.
         method: how start states are estimated.
-        single: windows that are wanted whole: log and time of the start, in s from the log's start.
     """
     longest = max(len(log) for log in data) - ROWS
     wanted_rows = {round(horizon / data.dt) for horizon in horizons_in_rows(data.dt)}
@@ -70,16 +57,14 @@ def observe(
     layout, ends = data.layouts.state, np.array([*steps, shown]) - 1
     measured = starts.measured[:, ends]
     channels = dict(zip(channel_units(layout), map(list, layout.tangent_places), strict=True)) | named_channels(layout)
-    wanted = [_place(starts, log, seconds) for log, seconds in single]
     sizes: dict[str, list[Array]] = {name: [] for name in channels}  # norms # (W, horizons and the shown one)
-    curves, windows = [], []
+    curves = []
     for on in subsets(len(variants.switches)):
         predicted = starts.predicted(*variants.prepared(on, data))
         away = layout.difference(predicted[:, ends], measured)
         for name, places in channels.items():
             sizes[name].append(away[..., places].norm(dim=-1).numpy())
         curves.append([signals(layout, states) for states in starts.along(predicted)])
-        windows.append(signals(layout, predicted[wanted].numpy()))
     by_channel = {name: np.array(made) for name, made in sizes.items()}  # (B, W, …)
     return Observed(
         starts=starts,
@@ -91,12 +76,4 @@ def observe(
             unwrapped(layout, signals(layout, log.state), np.array([row[index] for row in curves]))
             for index, log in enumerate(data)
         ),
-        windows={place: np.array([row[number] for row in windows]) for number, place in enumerate(wanted)},
     )
-
-
-def _place(starts: Starts, log: int, seconds: float) -> int:
-    """The window of a log that starts nearest to a time, in s from the log's start."""
-    time = starts.data[log].time - starts.data[log].time[0]
-    away = np.where(starts.log == log, np.abs(time[np.minimum(starts.row, len(time) - 1)] - seconds), np.inf)
-    return int(np.argmin(away))

@@ -4,20 +4,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from markupsafe import Markup
+from rich.table import Table
 
 from sym2real.report.charts import Chart
 from sym2real.report.html.variants import Switch
 from sym2real.trajectory import Array
-
-
-@dataclass(frozen=True)
-class Table:
-    """Rows of text; the first column names the row."""
-
-    title: str
-    columns: Sequence[str]
-    rows: Sequence[Sequence[str]]
-    reading: str = ""
 
 
 @dataclass(frozen=True)

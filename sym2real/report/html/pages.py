@@ -4,28 +4,27 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from rich.text import Text
-
 from sym2real.adaptation import Adaptation
 from sym2real.dataset import Dataset, Logs
 from sym2real.diagnosis import Comparison, Diagnosis, compare
 from sym2real.diagnosis.data.preparation import long_enough
 from sym2real.diagnosis.data.windows import JUDGED_AT
 from sym2real.diagnosis.faults.sanity import check
-from sym2real.report.adaptation import rounds_charts, rounds_headings, rounds_rows
+from sym2real.report.adaptation import rounds_charts, rounds_table
 from sym2real.report.diagnosis import gate_line
 from sym2real.report.horizons import ladder_charts
 from sym2real.report.html.accuracy import accuracy
-from sym2real.report.html.added import curves, ladder_rows
+from sym2real.report.html.added import curves
 from sym2real.report.html.failing import failing
 from sym2real.report.html.formulas import formulas
 from sym2real.report.html.missing import missing
-from sym2real.report.html.observed import Observed, observe
-from sym2real.report.html.page import Figures, Lines, Page, Part, Section, Table
+from sym2real.report.html.observed import observe
+from sym2real.report.html.page import Figures, Lines, Page, Part, Section
 from sym2real.report.html.remaining import remaining
 from sym2real.report.html.render import write_page
-from sym2real.report.html.sentences import sentence
+from sym2real.report.html.sentences import plain, sentence
 from sym2real.report.html.variants import Given, Predicting, Switch, WithFindings
+from sym2real.report.ladder import ladder_table
 from sym2real.report.tables import number
 from sym2real.symbolic import Equations
 
@@ -70,9 +69,7 @@ def adaptation_page(adaptation: Adaptation, title: str) -> Page:
     learned = f"from {best.learned.rows} rows" if on_top else "nothing: the model that was given is the best"
     horizon = f"{best.horizon:.3g} s ahead"
     summary = f"Learned {learned}; {horizon} its position is {number(best.prediction, 2)} m off on an unseen log."
-    better = "Better than the best model before, with its 95 % interval."
-    table = Table("Rounds", rounds_headings(reports), rounds_rows(reports, on_top), better)
-    added = (Figures("Every round", rounds_charts(reports)), table)
+    added = (Figures("Every round", rounds_charts(reports)), rounds_table(reports))
     return model_page(Given(models, (switch,)), data, title, compare(models[0], data), summary, added=added)
 
 
@@ -99,7 +96,7 @@ def model_page(
         added: what stands ahead of the curves where something was added; None where nothing was to be.
         found: its diagnosis, if there is one.
     """
-    observed = _observed(variants, data, comparison)
+    observed = observe(variants, data, comparison.start)
     drawn, good, facts = curves(observed), accuracy(comparison, observed), _facts(data)
     sections = [good if added is not None else replace(good, parts=(*good.parts, drawn)), failing(comparison, observed)]
     if lacks is not None:
@@ -139,16 +136,10 @@ def _scored(found: Diagnosis) -> list[Part]:
     parts: list[Part] = []
     if found.ladder:
         parts.append(Figures("One effect after the other, on held-out data", ladder_charts(found.ladder, found.floor)))
-        parts.append(ladder_rows(found.ladder, found.held_out, apart=found.apart))
+        parts.append(ladder_table(found.ladder, found.floor, found.held_out, apart=found.apart))
     if found.gate.best is not None:
-        parts.append(Lines("", [sentence(Text.from_markup(gate_line(found.gate, found.gate.best)).plain)]))
+        parts.append(Lines("", [sentence(plain(gate_line(found.gate, found.gate.best)))]))
     return parts
-
-
-def _observed(variants: Given | WithFindings, data: Dataset, comparison: Comparison) -> Observed:
-    places = {log.name: index for index, log in enumerate(data)}
-    single = [(places[segment.log], segment.start) for segment in comparison.worst if segment.log in places]
-    return observe(variants, data, comparison.start, single)
 
 
 def _facts(data: Dataset) -> list[tuple[str, str]]:

@@ -1,12 +1,10 @@
 """What remains? What no effect explains, what was not tested, and remarks on data and method."""
 
-import math
-
 from sym2real.diagnosis import Comparison, Diagnosis
 from sym2real.diagnosis.predict.competitors import not_tried_said
+from sym2real.report.diagnosis import leftover_lines, misfit_line, proposal_lines
 from sym2real.report.html.page import Lines, Part, Section
-from sym2real.report.html.sentences import sentences
-from sym2real.report.tables import number
+from sym2real.report.html.sentences import plain, sentences
 
 QUESTION = "What remains?"
 
@@ -18,7 +16,10 @@ def remaining(comparison: Comparison, found: Diagnosis | None) -> Section:
         comparison: of the model that is given.
         found: its diagnosis, if there is one.
     """
-    parts: list[Part] = [] if found is None else _left_over(found)
+    parts: list[Part] = []
+    if found is not None:
+        left = [*leftover_lines(found.leftovers), *proposal_lines(found.proposal), misfit_line(found)]
+        parts.append(Lines("Left over", sentences(map(plain, left))))
     if comparison.residuals is not None and comparison.residuals.lines():
         parts.append(Lines("One step ahead", sentences(comparison.residuals.lines())))
     if comparison.data is not None:
@@ -29,17 +30,3 @@ def remaining(comparison: Comparison, found: Diagnosis | None) -> Section:
     if found is not None and found.not_tried:
         parts.append(Lines("Not tested", sentences(not_tried_said(found.not_tried))))
     return Section("remaining", QUESTION, parts)
-
-
-def _left_over(found: Diagnosis) -> list[Part]:
-    lines = [f"{leftover.statement} ({leftover.measure}): {leftover.term}" for leftover in found.leftovers]
-    if found.proposal is not None:
-        term = found.proposal
-        lines.append(
-            f"proposed but unverified: {term.expression} along {term.channel} lowers the whitened loss of pieces left "
-            f"out by {100 * term.gain:.1f} %"
-        )
-    base, explained = found.misfit
-    if not math.isnan(base):
-        lines.append(f"misfit per degree of freedom {number(base)} → {number(explained)}; 1 is fully explained")
-    return [Lines("Left over", sentences(lines or ["nothing that these logs would show"]))]

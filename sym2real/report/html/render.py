@@ -8,6 +8,7 @@ import base64
 import hashlib
 import json
 import math
+import zlib
 from functools import cache
 from importlib import resources
 from pathlib import Path
@@ -20,15 +21,37 @@ from markupsafe import Markup
 from sym2real import __version__
 from sym2real.files import write_text
 from sym2real.report.charts import Chart, Line
-from sym2real.report.html.arrays import Arrays
 from sym2real.report.html.page import Page
+from sym2real.report.html.sentences import plain, sentence
 from sym2real.report.tables import number
+from sym2real.trajectory import Array
 
 STYLES, CHART_SCRIPTS, SCRIPTS = (
     ("uPlot.min.css", "page.css"),
     ("uPlot.iife.min.js",),
     ("data.js", "charts.js", "page.js"),
 )
+
+
+class Arrays:
+    """Numbers for the page's script by the number of their array; each is put in once."""
+
+    def __init__(self) -> None:
+        self._rows: list[list[list[float | None]]] = []
+        self._known: dict[int, tuple[int, Array]] = {}  # the arrays too: no other may get the address of one
+
+    def add(self, values: Array) -> int:
+        """Put in an array ``# (n,)`` or ``# (rows, n)``, to five digits; its number. A script sees null as a gap."""
+        if id(values) not in self._known:
+            self._known[id(values)] = len(self._rows), values
+            rows = np.atleast_2d(values).tolist()
+            self._rows.append([[float(f"{x:.5g}") if math.isfinite(x) else None for x in row] for row in rows])
+        return self._known[id(values)][0]
+
+    @property
+    def text(self) -> str:
+        """All arrays: base64 of the zlib stream of their JSON."""
+        return base64.b64encode(zlib.compress(json.dumps(self._rows, separators=(",", ":")).encode())).decode("ascii")
 
 
 def write_page(page: Page, file: Path) -> Path:
@@ -48,8 +71,8 @@ def render(page: Page) -> str:
 
     def data() -> Markup:
         """All that the script reads; last of all, because the template asks for numbers on its way."""
-        numbers = {"directory": arrays.directory, "text": arrays.text}
-        return Markup(in_script({"charts": charts, "arrays": numbers, "seconds": [log[1] for log in page.logs]}))
+        about = {"charts": charts, "arrays": arrays.text, "seconds": [log[1] for log in page.logs]}
+        return Markup(in_script(about))
 
     return (
         _environment()
@@ -87,6 +110,8 @@ def _environment() -> Environment:
     found = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     found.filters["figures"] = lambda value: "–" if not math.isfinite(value) else number(value)
     found.filters["kind"] = lambda part: type(part).__name__
+    found.filters |= {"plain": plain, "sentence": sentence}
+    found.filters["rows"] = lambda table: zip(*(column.cells for column in table.columns), strict=True)
     return found
 
 

@@ -1,22 +1,8 @@
-// The report's arrays: 16 bits a number, differences, low bytes before high bytes, zlib, base64.
-
-const GAP = -32768;
+// The report's arrays: rows of numbers as JSON, zlib, base64; null is a gap.
 
 async function inflated(text) {
   const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
-  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
-  return new Uint8Array(await new Response(stream).arrayBuffer());
-}
-
-function summedUp(planes) {
-  const count = planes.length / 2;
-  const steps = new Int16Array(count);
-  let sum = 0;
-  for (let i = 0; i < count; i++) {
-    sum += planes[i] | (planes[count + i] << 8);
-    steps[i] = sum;
-  }
-  return steps;
+  return await new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"))).json();
 }
 
 // Three digits, and no row of zeros.
@@ -26,24 +12,16 @@ function figures(value) {
 }
 
 export class Arrays {
-  static async read({ directory, text }) {
-    return new Arrays(directory, summedUp(await inflated(text)));
+  static async read(text) {
+    return new Arrays(await inflated(text));
   }
 
-  constructor(directory, steps) {
-    this.directory = directory;
-    this.steps = steps;
+  constructor(rows) {
+    this.rows = rows;
   }
 
   // The row of a combination of switches, or the only one.
   row(number, combination) {
-    const { at, length, scale, middle } = this.directory[number];
-    const row = combination < scale.length ? combination : 0;
-    const found = new Array(length);
-    for (let i = 0; i < length; i++) {
-      const step = this.steps[at + row * length + i];
-      found[i] = step === GAP ? null : middle[row] + scale[row] * step;
-    }
-    return found;
+    return this.rows[number][combination] ?? this.rows[number][0];
   }
 }

@@ -9,6 +9,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from sym2real.experiments.study.sweep import Tell
+
 
 @dataclass(frozen=True)
 class Square:
@@ -28,7 +30,8 @@ class Square:
     def asked(self) -> dict[str, Any]:
         return {key: value for key, value in asdict(self).items() if key != "fails"}
 
-    def run(self) -> dict[str, Any]:
+    def run(self, tell: Tell) -> dict[str, Any]:
+        tell("squaring")
         with Path(self.log).open("a") as file:
             file.write(f"{self.value} by {os.getpid()}\n")
         if self.fails:

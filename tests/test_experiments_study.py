@@ -66,6 +66,10 @@ def test_a_quick_study_asks_what_is_dear_where_a_case_says_so() -> None:
     assert "sr-true" not in quick["reverse-circle"]
 
 
+def silent(_: str) -> None:
+    pass
+
+
 def typed(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> tuple[int, str]:
     """Exit code and words of the command line."""
     code = 0
@@ -111,17 +115,18 @@ def test_the_paper_s_other_pairs_adapt_too(contestant: str, tmp_path: Path, monk
     base = BASE.to_json()
     monkeypatch.setattr("sym2real.experiments.study.neural_base.base_folder", lambda _: tmp_path / "base")
     effort = replace(SMALL, rows=60, members=2, widths=(16,), neural_flights=2)
-    job = Adapted(case("mass-26"), contestant, 1, effort, base)
-    first, last = job.run()["rounds"]
+    job, told = Adapted(case("mass-26"), contestant, 1, effort, base), list[str]()
+    first, last = job.run(told.append)["rounds"]
+    assert any("evaluation episode" in line for line in told) and any("learning" in line for line in told)
     assert last["refused"] or last["errors"] != first["errors"]
     if contestant == "sr-sr":  # it repeats itself
-        assert [row["errors"] for row in job.run()["rounds"]] == [first["errors"], last["errors"]]
+        assert [row["errors"] for row in job.run(silent)["rounds"]] == [first["errors"], last["errors"]]
     assert (tmp_path / "ensemble-crazyflie-2-2x16").exists() == contestant.startswith("nn")
 
 
 def test_an_effect_that_the_logs_name_goes_into_the_base() -> None:
     effort = replace(SMALL, rows=250)
-    answer = Adapted(case("mass-26"), "sr-effect", 1, effort, BASE.to_json()).run()
+    answer = Adapted(case("mass-26"), "sr-effect", 1, effort, BASE.to_json()).run(silent)
     before, after = answer["rounds"]
     assert before["effects"] == [] and "added_mass" in after["effects"]
     assert after["errors"][0] < 0.6 * before["errors"][0]
@@ -235,7 +240,7 @@ def test_titles_of_a_file_are_words_and_no_markup() -> None:
 
 
 def test_from_scratch_every_trajectory_is_judged() -> None:
-    errors = np.array(FromScratch("crazyflie", "sr", 1, SMALL).run()["errors"])
+    errors = np.array(FromScratch("crazyflie", "sr", 1, SMALL).run(silent)["errors"])
     assert errors.shape == (3, 6)
     assert errors[-1].mean() < errors[0].mean()
 
@@ -244,7 +249,7 @@ def test_equations_reach_a_goal_that_their_training_never_had(monkeypatch: pytes
     """Three hovering flights teach a base that flies to the same goal and to one elsewhere."""
     monkeypatch.setattr(zero_shot, "RUNS", 1)
     monkeypatch.setitem(zero_shot.TRAINING, "crazyflie", ("hover", 3))
-    assert zero_shot.ZeroShot("crazyflie", "sr", 1, SMALL).run() == {"seen": 100.0, "unseen": 100.0}
+    assert zero_shot.ZeroShot("crazyflie", "sr", 1, SMALL).run(silent) == {"seen": 100.0, "unseen": 100.0}
 
 
 def test_noise_costs_dependences() -> None:
@@ -252,7 +257,7 @@ def test_noise_costs_dependences() -> None:
     base = BASE.to_json()
     scores = {}
     for clean in (True, False):
-        rows = NoisyFit(case("cf-plain"), clean, 1, replace(SMALL, rows=60), base).run()["dependence"]
+        rows = NoisyFit(case("cf-plain"), clean, 1, replace(SMALL, rows=60), base).run(silent)["dependence"]
         scores[clean] = {(row["state"], row["action"], row["meaning"]): row["score"] for row in rows}
     assert scores[True].keys() == scores[False].keys()
     assert scores[True] != scores[False]
@@ -261,7 +266,7 @@ def test_noise_costs_dependences() -> None:
 def test_a_policy_learns_in_the_plain_simulator() -> None:
     pytest.importorskip("stable_baselines3", reason="needs the extra `rl`")
     plain = targets()[0]
-    policy = trained(plain.of_task(), 2048, 1)
+    policy = trained(plain.of_task(), 2048, 1, silent)
     action = policy.act(CRAZYFLIE.start, 0)
     assert action.shape == (4,)
     assert (action >= CRAZYFLIE.low).all() and (action <= CRAZYFLIE.high).all()
@@ -297,7 +302,7 @@ def test_the_command_line_runs_cases_of_ones_own(
     arguments = ["experiment", str(file), "--out", str(out), "--jobs", "1", "--contestants", "sr-nn"]
     code, said = typed(arguments, capsys)
     assert code == 0 and "SR*+NN" in said and "2/2 heavy_sr-nn_1" in said
-    assert sorted(path.name for path in out.iterdir()) == ["answers", "figure.png", "outcome.json"]
+    assert sorted(path.name for path in out.iterdir()) == ["answers", "figure.png", "outcome.json", "running"]
     code, said = typed(arguments, capsys)
     assert code == 0 and "2 of 2 were answered before" in said
     zero_shot, learned = json.loads((out / "answers" / "heavy_sr-nn_1.json").read_text())["rounds"]

@@ -10,12 +10,14 @@ import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from threading import Thread
 
 import pytest
 from sweep_jobs import Square
 
 from sym2real.errors import DataError, ModelError
-from sym2real.experiments.study.sweep import answer_file, run_sweep
+from sym2real.experiments.study.sweep import answer_file, run_sweep, running
+from sym2real.files import write_text
 
 TESTS = str(Path(__file__).parent)
 
@@ -38,6 +40,7 @@ def test_answers_are_kept_and_not_asked_for_again(tmp_path: Path) -> None:
     assert {name: record["square"] for name, record in answers.items()} == {f"square-{n}": n**2 for n in range(4)}
     assert runs(log) == [0, 1, 2, 3]
     assert [progress.done for progress in told] == [2, 3, 4]
+    assert running(tmp_path) == ()
 
 
 def test_a_failed_job_is_named_and_the_others_are_kept(tmp_path: Path) -> None:
@@ -57,6 +60,16 @@ def test_a_killed_process_loses_nothing(tmp_path: Path) -> None:
     answers = run_sweep(jobs, tmp_path, workers=2)
     assert sorted(record["square"] for record in answers.values()) == [0, 1, 4, 9]
     assert runs(log).count(1) == 2
+
+
+def test_a_sweep_beside_another_minds_no_line_that_is_gone(tmp_path: Path) -> None:
+    lines = [tmp_path / "running" / f"other-{number}.txt" for number in range(300)]
+    for line in lines:
+        write_text(line, "begins")
+    other = Thread(target=lambda: [line.unlink(missing_ok=True) for line in reversed(lines)])
+    other.start()
+    assert len(run_sweep([Square(2, str(tmp_path / "log"))], tmp_path, workers=1)) == 1
+    other.join()
 
 
 def test_another_question_under_the_same_name_is_refused(tmp_path: Path) -> None:
@@ -119,6 +132,7 @@ def test_a_sweep_on_a_cluster_outlives_a_worker(
     assert killed and workers[0].wait() == -signal.SIGKILL
     assert sorted(record["square"] for record in answers.values()) == [n**2 for n in range(8)]
     assert {int(line.split()[2]) for line in log.read_text().splitlines()} >= {workers[1].pid}
+    assert running(tmp_path / "sweep") == ()
 
 
 def test_no_scheduler_is_one_clear_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

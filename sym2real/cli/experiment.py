@@ -67,10 +67,10 @@ class RunExperiment:
 
         chosen = experiment(self.name, self.cases, self.contestants)
         effort = (FULL if self.full else QUICK).of_seeds(self.seeds)
-        with sweep_progress() as on_progress:
-            answers = run_sweep(
-                chosen.jobs(effort), self.out, workers=self.jobs, cluster=self.cluster, on_progress=on_progress
-            )
+        console.print(f"preparing {self.name}", style="dim", markup=False)
+        jobs = chosen.jobs(effort)
+        with sweep_progress(console, self.out) as on_progress:
+            answers = run_sweep(jobs, self.out, workers=self.jobs, cluster=self.cluster, on_progress=on_progress)
         return _show(chosen.outcome(effort, answers), self.out, console)
 
 

@@ -3,8 +3,12 @@
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 from rich import progress as bars
+from rich.console import Console, Group
+from rich.live import Live
+from rich.text import Text
 
 from sym2real import adaptation
 from sym2real.cli.terminal import progress_console
@@ -79,23 +83,29 @@ def _bar(*counted: bars.ProgressColumn) -> bars.Progress:
 
 
 @contextmanager
-def sweep_progress() -> Iterator[Callable[[sweep.Progress], None]]:
-    """For :func:`~sym2real.experiments.study.sweep.run_sweep`: a line for every answer, with the time that is left."""
-    began, kept, say = time.monotonic(), list[int](), progress_console().print
-    with _bar(bars.BarColumn(), bars.MofNCompleteColumn()) as bar:
-        task = bar.add_task("jobs", total=None)
+def sweep_progress(console: Console, folder: Path) -> Iterator[Callable[[sweep.Progress], None]]:
+    """A callback for :func:`~sym2real.experiments.study.sweep.run_sweep` that draws on ``console``."""
+    began, kept = time.monotonic(), list[int]()
+    newest = [sweep.Progress(0, 0)]
 
-        def show(progress: sweep.Progress) -> None:
-            kept[:] = kept or [progress.done]
-            bar.update(task, completed=progress.done, total=progress.total)
-            if progress.newest:
-                left = (time.monotonic() - began) / (progress.done - kept[0]) * (progress.total - progress.done)
-                remaining = f"; {duration(left)} left" if progress.done < progress.total else ""
-                line = f"{progress.done}/{progress.total} {progress.newest} ({duration(progress.seconds)}{remaining})"
-                say(line, markup=False, soft_wrap=True)
-            elif progress.done:
-                say(f"{progress.done} of {progress.total} were answered before", markup=False)
+    def going_on() -> Group:
+        lines = [f"{newest[0].done} of {newest[0].total} answered", *(f"  {line}" for line in sweep.running(folder))]
+        return Group(*(Text(line, style="dim", no_wrap=True, overflow="ellipsis") for line in lines))
 
+    def show(progress: sweep.Progress) -> None:
+        """Take the newest state, and print what has just ended."""
+        kept[:] = kept or [progress.done]
+        newest[0] = progress
+        if progress.newest:
+            here = progress.done - kept[0]
+            left = (time.monotonic() - began) / here * (progress.total - progress.done)
+            remaining = f"; {duration(left)} left" if progress.done < progress.total else ""
+            line = f"{progress.done}/{progress.total} {progress.newest} ({duration(progress.seconds)}{remaining})"
+            console.print(line, markup=False)
+        elif progress.done:
+            console.print(f"{progress.done} of {progress.total} were answered before", markup=False)
+
+    with Live(get_renderable=going_on, console=console, transient=True, refresh_per_second=2):
         yield show
 
 

@@ -1,18 +1,19 @@
 """One contestant adapts to one case with one seed: ten rounds, each of whose models is judged in the same episodes."""
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from torch import nn
 
-from sym2real.adaptation import Adaptation, Adapting, adapt
+from sym2real.adaptation import Adaptation, Adapting, Progress, adapt
 from sym2real.experiments.learners import make_learner
 from sym2real.experiments.study.case import Case
 from sym2real.experiments.study.contestants import CONTESTANTS, informing
 from sym2real.experiments.study.effort import Effort, OfStudy
 from sym2real.experiments.study.judged import Judged, judge, planning_with
 from sym2real.experiments.study.neural_base import cached_ensemble
-from sym2real.experiments.study.sweep import Record
+from sym2real.experiments.study.sweep import Record, Tell
 from sym2real.symbolic import Equations
 
 
@@ -36,12 +37,12 @@ class Adapted(OfStudy):
     effort: Effort
     base: str
 
-    def run(self) -> Record:
+    def run(self, tell: Tell) -> Record:
         """``rounds``, one row each: how it was judged, and how its model came about."""
         began = time.perf_counter()
-        adaptation = self._adapt()
+        adaptation = self._adapt(tell)
         adapted = time.perf_counter() - began
-        judged = self._judged(adaptation)
+        judged = self._judged(adaptation, tell)
         rounds = [
             {
                 **outcome._asdict(),
@@ -57,7 +58,7 @@ class Adapted(OfStudy):
         spent = {"adapting": adapted, "judging": time.perf_counter() - began - adapted}
         return {"rounds": rounds, "best": adaptation.best, "spent": spent}
 
-    def _adapt(self) -> Adaptation:
+    def _adapt(self, tell: Tell) -> Adaptation:
         contestant, robot = CONTESTANTS[self.contestant], self.case.of_robot
         equations = Equations.from_json(self.base)
         settings = Adapting(
@@ -73,15 +74,31 @@ class Adapted(OfStudy):
             self.case.of_task(),
             make_learner(contestant.learner, self.seed, memory=contestant.commands, angles=robot.recipe.angles),
             settings,
-            inform=informing(contestant, robot, self.case.truth),
+            inform=informing(contestant, robot, self.case.truth, tell),
+            on_progress=_lines(tell),
         )
 
-    def _judged(self, adaptation: Adaptation) -> list[Judged]:
+    def _judged(self, adaptation: Adaptation, tell: Tell) -> list[Judged]:
         """Of every round's model; one that is that of the round before is judged as that."""
         judged: list[Judged] = []
         before: Equations | nn.Module | None = None
-        for model in adaptation.models:
+        for number, model in enumerate(adaptation.models):
+            message = f"round {number} of {self.effort.rounds}"
             make = planning_with(model, self.effort)
-            judged.append(judged[-1] if model is before else judge(self.case, make, self.effort))
+            judged.append(judged[-1] if model is before else judge(self.case, make, self.effort, _told(tell, message)))
             before = model
         return judged
+
+
+def _told(tell: Tell, first: str) -> Tell:
+    return lambda text: tell(f"{first}: {text}")
+
+
+def _lines(tell: Tell) -> Callable[[Progress], None]:
+    """The loop's progress as lines; not of every single step."""
+
+    def show(progress: Progress) -> None:
+        if progress.done in (0, 1) or progress.report is not None:
+            tell(progress.what)
+
+    return show

@@ -1,6 +1,6 @@
 """Who adapts: a frozen base, what is learned on top of it, and whether effects go into the base first."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -62,19 +62,22 @@ CONTESTANTS = Registry(
 MOST_LOGS = 4
 
 
-def informing(contestant: Contestant, robot: Robot, truth: Sequence[str]) -> Inform | None:
+def informing(
+    contestant: Contestant, robot: Robot, truth: Sequence[str], tell: Callable[[str], None] = lambda _: None
+) -> Inform | None:
     """What a contestant puts into its base; None for one that puts nothing there.
 
     Args:
         contestant: says whether that is what the logs establish, or the truth.
         robot: whose plain simulator calibrates the base.
         truth: keys of the effects that explain the target.
+        tell: takes a line about what the diagnosis does.
     """
     if contestant.effects == "none":
         return None
     if contestant.effects == "true":
         return WhenDoubled(_true(robot, truth))
-    return WhenDoubled(diagnosing(MujocoPlant(robot)))
+    return WhenDoubled(diagnosing(MujocoPlant(robot), lambda what: tell(f"diagnosis: {what}")))
 
 
 class WhenDoubled:

@@ -14,7 +14,7 @@ from sym2real.adaptation import episode_cost, episode_error
 from sym2real.control import MPPI, mppi_controller
 from sym2real.experiments.study.case import Case
 from sym2real.experiments.study.effort import Effort, OfStudy
-from sym2real.experiments.study.sweep import Record
+from sym2real.experiments.study.sweep import Record, Tell
 from sym2real.plants import MujocoPlant, rollout_mujoco, run_episode
 from sym2real.protocols import Controller
 from sym2real.robots import Robot
@@ -35,17 +35,19 @@ class Judged(NamedTuple):
     crashes: int  # how many ended early
 
 
-def judge(case: Case, make: Make, effort: Effort) -> Judged:
+def judge(case: Case, make: Make, effort: Effort, tell: Callable[[str], None] = lambda _: None) -> Judged:
     """Fly the evaluation episodes of a case.
 
     Args:
         case: target and task.
         make: gives the controller for a target, a robot, a task and a seed.
         effort: how many episodes, and how long.
+        tell: takes a line before every episode.
     """
     robot, task = case.of_robot, case.of_task()
     episodes = []
     for seed in range(FIRST_SEED, FIRST_SEED + effort.evaluations):
+        tell(f"evaluation episode {seed - FIRST_SEED + 1} of {effort.evaluations}")
         plant = case.plant(seed)
         controller = make(plant, robot, task, seed)
         episodes.append(run_episode(plant, controller, task, seed=seed, steps=effort.rows))
@@ -82,9 +84,9 @@ class Reference(OfStudy):
         """The reference's name on a case."""
         return Reference.NAME.format(case=case)
 
-    def run(self) -> Record:
+    def run(self, tell: Tell) -> Record:
         """Errors, costs and crashes of the episodes."""
-        return judge(self.case, planning_with_mujoco(self.effort), self.effort)._asdict()
+        return judge(self.case, planning_with_mujoco(self.effort), self.effort, tell)._asdict()
 
 
 def has_reference(case: Case) -> bool:

@@ -11,6 +11,7 @@ from sym2real.dataset import Dataset
 from sym2real.experiments.flights import car_drives, quadrotor_flights
 from sym2real.experiments.models import base_folder
 from sym2real.experiments.study.effort import Effort
+from sym2real.experiments.study.sweep import Tell
 from sym2real.files import make_folder
 from sym2real.neural import Ensemble, EnsembleTraining, open_model, save_model
 from sym2real.plants import MujocoPlant, run_episode
@@ -46,12 +47,13 @@ def cached_ensemble(robot: Robot, effort: Effort) -> Ensemble:
     return opened
 
 
-def networks(robot: Robot, tasks: Sequence[Task], effort: Effort, seed: int) -> Iterator[nn.Module]:
+def networks(robot: Robot, tasks: Sequence[Task], effort: Effort, seed: int, tell: Tell) -> Iterator[nn.Module]:
     """An ensemble after every trajectory of the loop that Stage I is for equations."""
     assert effort.neural_episodes is not None
     plant, learner, flown = MujocoPlant(robot), training(robot, effort, seed), list[Trajectory]()
     model = None
     for number in range(effort.neural_episodes[robot.name]):
+        tell(f"trajectory {number + 1} of {effort.neural_episodes[robot.name]}")
         task, rng = tasks[(number - 1) % len(tasks)], np.random.default_rng([seed, number])
         flown += _episodes(plant, task, model, effort, rng)
         model = learner.fit(Dataset(flown).transitions(), None, model)

@@ -9,7 +9,7 @@ from sym2real.experiments.models import cached_base
 from sym2real.experiments.study.case import Case, load_suite
 from sym2real.experiments.study.effort import Effort, OfStudy
 from sym2real.experiments.study.outcome import Outcome
-from sym2real.experiments.study.sweep import Job, Record
+from sym2real.experiments.study.sweep import Job, Record, Tell
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.regression import BeamSearch, dependence
 from sym2real.symbolic import Equations
@@ -42,16 +42,18 @@ class NoisyFit(OfStudy):
         """Of its file."""
         return f"{'clean' if self.clean else 'noisy'}-{self.case.name}_sr_{self.seed}"
 
-    def run(self) -> Record:
+    def run(self, tell: Tell) -> Record:
         """``dependence``: state, action, score and whether it holds."""
         robot, task, base = self.case.of_robot, self.case.of_task(), Equations.from_json(self.base)
         flown = []
         for number in range(TRAJECTORIES):
+            tell(f"trajectory {number + 1} of {TRAJECTORIES}")
             seed = 1000 * self.seed + number
             plant = MujocoPlant(robot) if self.clean else self.case.plant(seed)
             controller = mppi_controller(base, robot, task, samples=self.effort.samples[robot.name], seed=seed)
             flown.append(run_episode(plant, controller, task, seed=seed, steps=self.effort.rows))
         transitions = Dataset(flown).transitions()
+        tell("fitting")
         fitted = BeamSearch(angles=robot.recipe.angles).fit(transitions)
         rows = dependence(fitted, transitions, robot.recipe.dependencies)
         keys = ("state", "action", "score", "holds", "meaning")

@@ -17,7 +17,7 @@ from sym2real.experiments.study.case import Case, load_suite
 from sym2real.experiments.study.effort import Effort, OfStudy
 from sym2real.experiments.study.judged import judge, planning_with
 from sym2real.experiments.study.outcome import Outcome
-from sym2real.experiments.study.sweep import Job, Record
+from sym2real.experiments.study.sweep import Job, Record, Tell
 from sym2real.plants import MujocoPlant
 from sym2real.protocols import Memoryless
 from sym2real.robots import CRAZYFLIE
@@ -28,6 +28,7 @@ from sym2real.trajectory import Array
 PLAIN = "plain"
 TARGETS = ("mass-26", "com-3", "wind-strong")
 PAPER = "paper: a policy from the plain simulation did not transfer, MPC let the drone hover safely"
+TOLD_EVERY = 2048
 
 
 @dataclass(frozen=True)
@@ -58,12 +59,13 @@ class PolicyJob(OfStudy):
     effort: Effort
     base: str
 
-    def run(self) -> Record:
+    def run(self, tell: Tell) -> Record:
         """Errors and crashes by target, of the policy and of MPPI with the base."""
-        policy = trained(targets()[0].of_task(), self.effort.policy_steps, self.seed)
+        policy = trained(targets()[0].of_task(), self.effort.policy_steps, self.seed, tell)
         planner = planning_with(Equations.from_json(self.base), self.effort)
         answer = {}
         for case in targets():
+            tell(f"flying {case.title}")
             ours, theirs = judge(case, planner, self.effort), judge(case, lambda *_: policy, self.effort)
             answer[case.name] = {"mppi": ours._asdict(), "policy": theirs._asdict()}
         return {"targets": answer}
@@ -76,7 +78,7 @@ def targets() -> list[Case]:
     return [Case(PLAIN, "the plain simulator", CRAZYFLIE.name, "hover"), *hovers]
 
 
-def trained(task: Task, steps: int, seed: int) -> Policy:
+def trained(task: Task, steps: int, seed: int, tell: Tell) -> Policy:
     """A policy after so many control steps in the plain simulator.
 
     Raises:
@@ -87,9 +89,15 @@ def trained(task: Task, steps: int, seed: int) -> Policy:
 
     from sym2real.plants.gymnasium_view import TaskEnvironment, TransformReward  # noqa: PLC0415 — loads Gymnasium
 
+    def told(scope: Mapping[str, Any], _: Mapping[str, Any]) -> bool:
+        """After every step; to go on."""
+        if scope["self"].num_timesteps % TOLD_EVERY == 0:
+            tell(f"PPO: step {scope['self'].num_timesteps} of {steps}")
+        return True
+
     environment = TransformReward(TaskEnvironment(MujocoPlant(CRAZYFLIE), task), lambda reward: 1.0 + float(reward))
     agent = PPO("MlpPolicy", environment, seed=seed, device="cpu")
-    agent.learn(steps)
+    agent.learn(steps, callback=told)
     return Policy(agent.predict)
 
 

@@ -20,7 +20,7 @@ from sym2real.experiments.study.effort import Effort, OfBase
 from sym2real.experiments.study.judged import judge, planning_with
 from sym2real.experiments.study.neural_base import networks
 from sym2real.experiments.study.outcome import Line, Outcome, Panel
-from sym2real.experiments.study.sweep import Job, Record
+from sym2real.experiments.study.sweep import Job, Record, Tell
 from sym2real.plants import MujocoPlant
 from sym2real.regression import BeamSearch
 from sym2real.robots import ROBOTS, Robot
@@ -42,13 +42,14 @@ class FromScratch(OfBase):
 
     NAME = "scratch-{robot}_{model}_{seed}"
 
-    def run(self) -> Record:
+    def run(self, tell: Tell) -> Record:
         """``errors`` after every trajectory, of all evaluation episodes."""
         robot, effort = ROBOTS[self.robot], replace(self.effort, evaluations=EVALUATIONS)
         learn = _equations if self.model == "sr" else networks
-        models: Iterable[Equations | nn.Module] = learn(robot, training_tasks(robot), effort, self.seed)
+        models: Iterable[Equations | nn.Module] = learn(robot, training_tasks(robot), effort, self.seed, tell)
         errors = []
-        for model in models:
+        for number, model in enumerate(models, 1):
+            tell(f"judging after {number} trajectories")
             make = planning_with(model, effort)
             errors.append([error for case in training_cases(robot) for error in judge(case, make, effort).errors])
         return {"errors": errors}
@@ -59,7 +60,7 @@ def training_cases(robot: Robot) -> list[Case]:
     return [Case(name, name, robot.name, name, options) for name, options in robot.recipe.tasks]
 
 
-def _equations(robot: Robot, tasks: Sequence[Task], effort: Effort, seed: int) -> list[Equations]:
+def _equations(robot: Robot, tasks: Sequence[Task], effort: Effort, seed: int, tell: Tell) -> list[Equations]:
     """Equations after every episode of Stage I."""
     assert effort.episodes is not None
     settings = StageOne(effort.episodes[robot.name], effort.rows, pushed=False, until_settled=False, seed=seed)
@@ -71,6 +72,7 @@ def _equations(robot: Robot, tasks: Sequence[Task], effort: Effort, seed: int) -
             engine,
             settings,
             folder=Path(folder),
+            on_progress=lambda progress: tell(progress.what),
         )
         files = sorted(Path(folder).glob("equations_*.json"))
         return [Equations.from_json(file.read_text(encoding="utf-8")) for file in files]

@@ -2,13 +2,13 @@
 
 A job that has been answered is not run again, so a sweep that was stopped goes on where it was. On this machine the
 jobs run in processes of joblib; with the address of a dask scheduler its workers run them, and what a lost worker had
-begun is begun anew by another.
+begun is begun anew by another. What jobs of this machine say while they run stands in ``running/NAME.txt``.
 """
 
 import json
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol, TypeAlias
@@ -18,10 +18,11 @@ from joblib import Parallel, delayed, parallel_config
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 
 from sym2real.errors import DataError, ModelError, Sym2RealError, needing, reason
-from sym2real.files import read_object, write_text
+from sym2real.files import make_folder, read_object, write_text
 
 Record: TypeAlias = dict[str, Any]
-ANSWERS = "answers"
+Tell: TypeAlias = Callable[[str], None]
+ANSWERS, RUNNING = "answers", "running"
 CONNECT = "10 s"
 MOST_LOST = 3  # times that processes of this machine may be lost, to a lack of memory say
 
@@ -37,8 +38,8 @@ class Job(Protocol):
     def asked(self) -> Record:
         """Everything that the answer depends on, as JSON holds it."""
 
-    def run(self) -> Record:
-        """The answer, as JSON holds it."""
+    def run(self, tell: Tell) -> Record:
+        """The answer, as JSON holds it; ``tell`` takes a line about what is going on."""
 
 
 @dataclass(frozen=True)
@@ -80,9 +81,12 @@ def run_sweep(
     answers = kept(jobs, folder)
     rest = [job for job in jobs if job.name not in answers]
     on_progress(Progress(len(answers), len(jobs)))
+    status = make_folder(folder / RUNNING)
+    for file in status.glob("*.txt"):
+        file.unlink(missing_ok=True)  # of a sweep that was killed, or of one beside this whose job has just ended
     failed: dict[str, str] = {}
     with _on_cluster(cluster) if cluster else nullcontext():
-        for name, record in _answers(rest, -1 if cluster else workers):
+        for name, record in _answers(rest, -1 if cluster else workers, None if cluster else status):
             if "error" in record:
                 failed[name] = record["error"]
                 continue
@@ -124,21 +128,40 @@ def answer_file(folder: Path, name: str) -> Path:
     return folder / ANSWERS / f"{name}.json"
 
 
-def answered(job: Job) -> tuple[str, Record]:
+def running(folder: Path) -> tuple[str, ...]:
+    """What the jobs that run say of themselves now."""
+    words = []
+    for file in sorted((folder / RUNNING).glob("*.txt")):
+        with suppress(OSError):  # it has just ended
+            words.append(f"{file.stem}: {file.read_text(encoding='utf-8')}")
+    return tuple(words)
+
+
+def answered(job: Job, status: Path | None) -> tuple[str, Record]:
     """Run a job in this process: its name and its answer, or ``error`` in its place."""
     torch.set_num_threads(1)
     began = time.perf_counter()
+
+    def tell(text: str) -> None:
+        if status is not None:
+            write_text(status, text)
+
     try:
-        return job.name, {**job.run(), "asked": job.asked, "seconds": time.perf_counter() - began}
+        tell("begins")
+        return job.name, {**job.run(tell), "asked": job.asked, "seconds": time.perf_counter() - began}
     except (Sym2RealError, ArithmeticError, LookupError, OSError, RuntimeError, TypeError, ValueError) as error:
         return job.name, {"error": f"{type(error).__name__}: {reason(error)}"}
+    finally:
+        if status is not None:
+            status.unlink(missing_ok=True)
 
 
-def _answers(jobs: Sequence[Job], workers: int) -> Iterator[tuple[str, Record]]:
+def _answers(jobs: Sequence[Job], workers: int, status: Path | None) -> Iterator[tuple[str, Record]]:
     """Answers as they come; where a process was lost, what it had begun is begun anew."""
     left = {job.name: job for job in jobs}
     for losses in range(MOST_LOST + 1):
-        runs = (delayed(answered)(job) for job in list(left.values()))
+        places = {name: None if status is None else status / f"{name}.txt" for name in left}
+        runs = (delayed(answered)(job, places[name]) for name, job in list(left.items()))
         try:
             for name, record in Parallel(n_jobs=workers, return_as="generator_unordered", batch_size=1)(runs):
                 del left[name]

@@ -12,7 +12,7 @@ from sym2real.experiments.study.effort import Effort, OfBase
 from sym2real.experiments.study.neural_base import networks
 from sym2real.experiments.study.outcome import Outcome
 from sym2real.experiments.study.scratch import TITLES
-from sym2real.experiments.study.sweep import Job, Record
+from sym2real.experiments.study.sweep import Job, Record, Tell
 from sym2real.plants import MujocoPlant
 from sym2real.regression import BeamSearch
 from sym2real.robots import ROBOTS, Robot
@@ -37,26 +37,27 @@ class ZeroShot(OfBase):
 
     NAME = "zero-shot-{robot}_{model}"
 
-    def run(self) -> Record:
+    def run(self, tell: Tell) -> Record:
         """Percent of the runs that reached their goal, in distribution (``seen``) and out of it (``unseen``)."""
-        model, answer = self._learned(), {}
+        model, answer = self._learned(tell), {}
         for where in ("seen", "unseen"):
             successes = 0
             for run in range(RUNS):
+                tell(f"{where} start {run + 1} of {RUNS}")
                 successes += self._reaches(model, run, unseen=where == "unseen")
             answer[where] = 100 * successes / RUNS
         return answer
 
-    def _learned(self) -> Equations | nn.Module:
+    def _learned(self, tell: Tell) -> Equations | nn.Module:
         """The base, from one goal or a narrow range of starts."""
         robot, seed = ROBOTS[self.robot], self.seed
         task, episodes = TRAINING[self.robot]
         tasks = [make_task(task, robot)]
         if self.model == "nn":
-            return list(networks(robot, tasks, self.effort, seed))[-1]
+            return list(networks(robot, tasks, self.effort, seed, tell))[-1]
         settings = StageOne(episodes, self.effort.rows, pushed=False, until_settled=False, seed=seed)
         engine = BeamSearch(angles=robot.recipe.angles)
-        return learn_base(MujocoPlant(robot), tasks, engine, settings)
+        return learn_base(MujocoPlant(robot), tasks, engine, settings, on_progress=lambda progress: tell(progress.what))
 
     def _reaches(self, model: Equations | nn.Module, run: int, *, unseen: bool) -> bool:
         robot = ROBOTS[self.robot]

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Generic
+from typing import TYPE_CHECKING, Annotated, Generic
 
 import numpy as np
 import tyro
@@ -40,26 +40,13 @@ class Adapt(AdaptVerb, Generic[Kind]):
     task's start and begins there; a drone lands while a model is trained, a car is put back by hand. Ctrl-C lands or
     brakes. The same command goes on where it was: with a new battery, or after a flight that ended by a fault.
 
-    OUT/records holds every control period of every flight, a file a command.
+    OUT/records holds every control period of every flight, a file a command. --dry-run connects and checks the robot.
     """
 
     task: TaskName
     """hover, circle or lemniscate; of a car circle, reverse_circle, lemniscate, track or park."""
     laboratory: Annotated[Kind, tyro.conf.arg(name="")]
     """The robot and what sees it."""
-    dry_run: bool = False
-    """Connect, check the robot and say what it is; send, learn and write nothing."""
-
-    def run(self, console: Console) -> dict[str, Any]:
-        """Adapt, or check alone."""
-        from sym2real.cli.model import open_with_progress  # noqa: PLC0415
-
-        if not self.dry_run:
-            return super().run(console)
-        with self.chosen(open_with_progress(self.model), console):
-            words = f"a {self.laboratory.ROBOT.title}, {'a fake one' if self.laboratory.sim else 'connected'}"
-            console.print(f"target: {words}; nothing was flown, learned or written", markup=False)
-            return {"dry_run": words}
 
     @contextmanager
     def chosen(self, model: Model, console: Console) -> Iterator[Chosen]:

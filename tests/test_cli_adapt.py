@@ -52,6 +52,18 @@ def test_a_model_adapts_to_a_simulator(place: Path, adapted: dict[str, Any]) -> 
     assert compared["one_step"]
 
 
+def test_a_dry_run_says_what_it_would_do_and_does_nothing(place: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = str(place / "never")
+    told = result_of(adapt(place, "--out", out, "--dry-run"), place)
+    assert told["dry_run"] == "at most 11 episodes of 6 s of circle by a MuSHR racecar"
+    logs = ["adapt", str(place / "base"), str(place / "drives"), "--out", out, "--dry-run"]
+    assert result_of(logs, place)["dry_run"] == "at most 3 of 3 logs"
+    assert not (place / "never").exists()
+    with pytest.raises(SystemExit):
+        main(["adapt", str(place / "base"), "crazyflie", "hover", "--out", out, "--dry-run"])
+    assert "crazyflie" in capsys.readouterr().err
+
+
 def test_the_models_own_constants_are_fitted(place: Path) -> None:
     found = result_of(adapt(place, "--rounds", "1", "--learner", "fine-tune", "--out", str(place / "tuned")), place)
     zero_shot, first = found["rounds"]

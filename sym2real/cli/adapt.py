@@ -59,6 +59,8 @@ class AdaptVerb(ABC):
     round asks anew, with all logs. The learner gets what is left."""
     seed: Seed = 0
     """Of the start, MPPI's samples, noise and first weights."""
+    dry_run: bool = False
+    """Open and check model and target, say what would be done; fly, learn and write nothing."""
     report: HtmlFile = None
     json: JsonFile = None
 
@@ -68,15 +70,30 @@ class AdaptVerb(ABC):
 
     def run(self, console: Console) -> dict[str, Any]:
         """Adapt, print the table, write the figure."""
-        from sym2real.adaptation import adapt
         from sym2real.cli.model import open_with_progress, require_another_folder
+
+        require_another_folder(self.model, self.out)
+        model = open_with_progress(self.model)
+        with self.chosen(model, console) as chosen:
+            return self._foretold(chosen, console) if self.dry_run else self._adapted(model, chosen, console)
+
+    def _foretold(self, chosen: Chosen, console: Console) -> dict[str, Any]:
+        most = self.rounds + 1
+        if chosen.task is None or chosen.robot is None:
+            said = f"{min(most, len(chosen.target))} of {len(chosen.target)} logs"  # type: ignore[arg-type]
+        else:
+            seconds = self.seconds or chosen.task.duration
+            said = f"{most} episodes of {seconds:g} s of {chosen.task.name} by a {chosen.robot.title}"
+        console.print(f"at most {said}; nothing was flown, learned or written", markup=False)
+        return {"dry_run": f"at most {said}"}
+
+    def _adapted(self, model: Model, chosen: Chosen, console: Console) -> dict[str, Any]:
+        from sym2real.adaptation import adapt
         from sym2real.cli.output import title_of, write_report
         from sym2real.cli.progress import stage_one_progress
         from sym2real.report.html.pages import adaptation_page
 
-        require_another_folder(self.model, self.out)
-        model = open_with_progress(self.model)
-        with self.chosen(model, console) as chosen, stage_one_progress() as on_progress:
+        with stage_one_progress() as on_progress:
             adaptation = adapt(
                 *self._asked(model, chosen),
                 robot=chosen.robot,

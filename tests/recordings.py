@@ -1,5 +1,5 @@
-"""Recordings as the real writers make them: bags and MCAP by their libraries; ULog by the layout that its makers
-document, since nobody ships a writer."""
+"""Recordings as the real writers make them: bags and MCAP by their libraries; ULog and the Crazyflie's card by the
+layout that their makers document, since nobody ships a writer."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import struct
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
+from zlib import crc32
 
 import numpy as np
 from mcap.writer import Writer as McapWriter
@@ -112,4 +113,21 @@ def write_ulog(path: Path, topics: Mapping[str, Columns]) -> Path:
             row = struct.pack(f"<HQ{len(values)}f", number, round(t * 1e6), *values)
             content += message("D", row)
     path.write_bytes(content)
+    return path
+
+
+def write_card(path: Path, topics: Mapping[str, Columns], version: int = 2) -> Path:
+    """A Crazyflie's log, as Bitcraze's page on the micro SD card deck lays it out."""
+    content = struct.pack("<BHH", 0xBC, version, len(topics))
+    rows = []
+    for number, (topic, columns) in enumerate(topics.items()):
+        names = [name for name in columns if name != "t"]
+        content += struct.pack("<H", number) + topic.encode() + b"\0" + struct.pack("<H", len(names))
+        content += b"".join(f"{name}(f)".encode() + b"\0" for name in names)
+        for place, t in enumerate(columns["t"]):
+            stamp = struct.pack("<I", round(t * 1e3)) if version == 1 else struct.pack("<Q", round(t * 1e6))
+            values = struct.pack(f"<{len(names)}f", *(columns[name][place] for name in names))
+            rows.append((t, struct.pack("<H", number) + stamp + values))
+    content += b"".join(row for _, row in sorted(rows, key=lambda row: row[0]))
+    path.write_bytes(content + struct.pack("<I", crc32(content)))
     return path

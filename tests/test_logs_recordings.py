@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from recordings import DRIVE, POSE, Columns, write_bag, write_mcap, write_ulog
+from recordings import DRIVE, POSE, Columns, write_bag, write_card, write_mcap, write_ulog
 
 from sym2real.errors import DataError, MissingDependencyError
 from sym2real.layout import Layout, Layouts
@@ -73,6 +73,8 @@ FORMATS: dict[str, Callable[[Path], tuple[Path, LogSpec]]] = {
     "ros2": lambda folder: bag(folder, 2),
     "mcap": flat(".mcap", write_mcap),
     "ulog": flat(".ulg", write_ulog),
+    "card": flat(".usd", write_card),
+    "card version 1": flat(".usd", lambda path, topics: write_card(path, topics, version=1)),
 }
 
 
@@ -88,7 +90,7 @@ def test_every_format_holds_the_drive_that_was_written(kind: str, tmp_path: Path
     first = POSES_AT[COMMANDS_AT[0] <= middle][0]  # no row before the first command
     at = first + log.time - log.time[0]
     exact = poses(at)
-    # A chord of 10 ms lies ω² R (10 ms)² / 8 inside the circle.
+    # A chord of 10 ms lies ω² R (10 ms)² / 8 inside the circle; stamps of version 1 are in ms.
     np.testing.assert_allclose(log.column("x"), exact["x"], atol=1e-5)
     np.testing.assert_allclose(log.column("y"), exact["y"], atol=1e-5)
     heading = np.arctan2(log.column("sin_yaw"), log.column("cos_yaw"))
@@ -216,6 +218,23 @@ def test_inspect_proposes_topics_and_fields(ros: int, tmp_path: Path) -> None:
     assert proposed.columns["steer"].column == f"{DRIVE}.steering_angle"
     assert proposed.columns["speed"].column == f"{DRIVE}.speed"
     assert proposed.attitude.quaternion == spec.attitude.quaternion
+
+
+def test_a_card_as_the_firmware_names_it_opens(tmp_path: Path) -> None:
+    path, spec = FORMATS["card"](tmp_path)
+    named = path.rename(tmp_path / "log07")
+    assert len(read_logs(tmp_path, spec)) == 1
+    assert len(read_log(named, spec)) > 200
+
+
+def test_a_card_that_was_pulled_out_opens_as_far_as_it_goes(tmp_path: Path) -> None:
+    path, spec = FORMATS["card"](tmp_path)
+    whole = read_log(path, spec)
+    content = path.read_bytes()
+    path.write_bytes(content[: len(content) // 2])
+    half = read_log(path, spec)
+    assert 0.4 < len(half) / len(whole) < 0.6
+    np.testing.assert_array_equal(half.state[:-1], whole.state[: len(half) - 1])
 
 
 @pytest.mark.parametrize("kind", FORMATS)

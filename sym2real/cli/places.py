@@ -18,7 +18,7 @@ from sym2real.files import read_by, reading, require_place, same_place
 IS_PLACE = "may name a file or a folder that is read"
 Place = Annotated[str, IS_PLACE]
 WRITTEN = ("out", "json", "report")
-LOG_ENDINGS = (".csv", ".tsv", ".parquet", ".pq", ".arrow", ".bag", ".db3", ".mcap", ".ulg")
+LOG_ENDINGS = (".csv", ".tsv", ".parquet", ".pq", ".arrow", ".bag", ".db3", ".mcap", ".ulg", ".usd")
 
 
 @contextmanager

@@ -16,7 +16,7 @@ from sym2real.errors import DataError
 from sym2real.files import require_file
 from sym2real.logs import arrow_file, csv_file, parquet_file
 from sym2real.logs.missing import listed
-from sym2real.logs.recordings import BY_NAMES, RECORDINGS, Recording, Said, is_bag_folder
+from sym2real.logs.recordings import BY_NAMES, RECORDINGS, Recording, Said, is_bag_folder, is_card_log
 from sym2real.registry import Registry
 from sym2real.trajectory import Array
 
@@ -160,8 +160,10 @@ def table_of(
 
 
 def file_type(file: Path) -> str:
-    """The ending that says how a file is read; a bag's folder has none of its own."""
-    return ".db3" if is_bag_folder(file) else file.suffix.lower()
+    """The ending that says how a file is read; a bag's folder and a card's ``log00`` have none of their own."""
+    if is_bag_folder(file):
+        return ".db3"
+    return ".usd" if is_card_log(file) else file.suffix.lower()
 
 
 def _of_recording(file: Path, recording: Recording, wanted: Collection[str] | None, said: Said) -> Table:

@@ -1,4 +1,4 @@
-"""Files that others record: ROS 1 and ROS 2 bags, MCAP, PX4's ULog.
+"""Files that others record: ROS 1 and ROS 2 bags, MCAP, PX4's ULog, the Crazyflie's card.
 
 A reader takes a path and gives a :class:`Recording`; :data:`RECORDINGS` lists them by the file's ending.
 """
@@ -6,15 +6,17 @@ A reader takes a path and gives a :class:`Recording`; :data:`RECORDINGS` lists t
 from collections.abc import Callable
 from pathlib import Path
 
-from sym2real.logs.recordings import mcap_file, ros, ulog
+from sym2real.logs.recordings import mcap_file, ros, ulog, usd
 from sym2real.logs.recordings.recording import BY_NAMES, Recording, Said, Topic
 from sym2real.logs.recordings.ros import is_bag_folder
+from sym2real.logs.recordings.usd import is_card_log
 
 RECORDINGS: dict[str, Callable[[Path], Recording]] = {
     ".bag": ros.read,
     ".db3": ros.read,
     ".mcap": mcap_file.read,
     ".ulg": ulog.read,
+    ".usd": usd.read,
 }
 
-__all__ = ["BY_NAMES", "RECORDINGS", "Recording", "Said", "Topic", "is_bag_folder"]
+__all__ = ["BY_NAMES", "RECORDINGS", "Recording", "Said", "Topic", "is_bag_folder", "is_card_log"]

@@ -27,7 +27,7 @@ class Compare(OfLogs):
     json: JsonFile = None
 
     def run(self, console: Console) -> dict[str, Any]:
-        """Print the report, draw the figures."""
+        """Print the report, write the page."""
         from sym2real.cli.model import folder_of, logs_for, open_with_progress
         from sym2real.cli.output import title_of, write_report
         from sym2real.diagnosis import compare, training_region

@@ -20,8 +20,8 @@ class Diagnose(OfFit):
     can show. Once the progress line says that it searches, Ctrl-C ends what is being done there (the search, scoring,
     manoeuvres, drawing) and keeps what is done; earlier it ends without an answer.
 
-    With --out: diagnosis.json and a page, report.html; where what was found passes the gate, also the model with it
-    (model/) and the robot with it (simulator/). Files that an earlier diagnosis left there are removed.
+    With --out: diagnosis.json and a page, report.html; where what was found passes the gate, also the model with it,
+    in model/, and the robot with it, in simulator/. Files that an earlier diagnosis left there are removed.
 
     Example: sym2real diagnose runs/base flight1.csv flight2.csv --spec flight.toml --out runs/diagnosis
     """

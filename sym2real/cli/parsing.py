@@ -64,7 +64,8 @@ def fitted(text: str, width: int) -> str:
 def _wrapped(line: str, width: int) -> list[str]:
     if len(line) <= width or line.startswith(tuple(BOX)):
         return [line]
-    indent = " " * (len(line) - len(line.lstrip()) + 4)
+    is_prose = not line.startswith((" ", "usage:", "Example:"))
+    indent = "" if is_prose else " " * (len(line) - len(line.lstrip()) + 4)
     spaced = line.replace(",", ", ") if line.startswith("usage:") else line
     return textwrap.wrap(spaced, width, subsequent_indent=indent, break_on_hyphens=False, break_long_words=False)
 

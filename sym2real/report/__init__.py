@@ -1,1 +1,1 @@
-"""What people look at: tables in the terminal, figures in files."""
+"""What people look at: tables in the terminal, pages, figures."""

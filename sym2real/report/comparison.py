@@ -34,10 +34,7 @@ def comparison_table(comparison: Comparison) -> Table:
 
 
 def floor_table(comparison: Comparison) -> Table:
-    """Errors near 0.8 s ahead beside what no model can do better, one row per channel.
-
-    Also fit and skill.
-    """
+    """Errors near 0.8 s ahead beside what no model can do better, one row per channel; fit and skill."""
     shown = comparison.horizons or (comparison.one_step,)
     errors = min(shown, key=lambda at: abs(at.horizon - JUDGED_AT))
     headings = ("channel", "error", "sensor\nnoise", "excess", "fit %", "skill\nhold", "skill\nmean")

@@ -1,4 +1,4 @@
-"""Figures as files: measured against predicted, error over the horizon, the path that was flown or driven."""
+"""Figures of matplotlib: measured against predicted, error over the horizon, the path that was flown or driven."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

@@ -62,8 +62,8 @@ class Checked:
 
 
 def check(model: Equations | None, data: Dataset) -> Checked:
-    """Find and undo what no model can explain: frames and units first, then signs, scales, biases and time
-    shifts, then the units of commands and the order of motors.
+    """Find and undo what no model can explain: the clock, frames and units first, then signs, scales, biases
+    and time shifts, then the units of commands and the order of motors.
 
     What the model itself says of its sensors is no fault: the data are judged as its sensors' input. Without a model
     nobody knows what commands do.

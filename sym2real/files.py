@@ -16,7 +16,6 @@ from sym2real.errors import DataError, reason
 
 Kind = TypeVar("Kind")
 
-
 # By what marks it on the disk, or by its name: who reads a file or folder.
 _READ: ContextVar[dict[object, str]] = ContextVar("what is read")
 

@@ -17,7 +17,6 @@ from sym2real.robots import quadrotor
 
 NAME = "crazyflie_battery_drag"
 POSE = ["px", "py", "pz", "qw", "qx", "qy", "qz"]
-FIRST = 2  # line of the first row
 
 
 def with_holes(folder: Path, **holes: slice) -> Path:

@@ -277,9 +277,6 @@ def test_nodes_of_the_binary_tree(written: str, nodes: int) -> None:
     assert complexity(parse_expression(written)) == nodes
 
 
-COEFFICIENTS = st.floats(-3, 3).filter(lambda value: abs(value) > 0.01)
-
-
 @settings(max_examples=80, deadline=None, derandomize=True)
 @given(
     st.lists(

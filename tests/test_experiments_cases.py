@@ -64,6 +64,7 @@ BAD = {
     "no TOML": ("[[case", "cases in TOML"),
     "no title": (GOOD.replace('title = "mine"\n', ""), "no title"),
     "no case": ('title = "mine"\ncontestants = []\ncase = 3\n', "case to be a list, found 3"),
+    "an empty list": ('title = "mine"\ncontestants = []\ncase = []\n', "case to be a list of length >= 1"),
     "contestant": (GOOD.replace('"sr-nn"', '"sr-mm"'), "did you mean.*'sr-nn'"),
     "strange field": (GOOD + 'wind = 3\n', "unknown field 'wind'"),
     "robot": (GOOD.replace("crazyflie", "crazyfly"), "case 'one'.*did you mean 'crazyflie'"),
@@ -84,6 +85,9 @@ BAD = {
     "mechanism": (GOOD + 'mechanisms = [{ mechanism = "swing" }]\n', "case 'one'.*unknown mechanism 'swing'"),
     "its numbers": (
         GOOD + 'mechanisms = [{ mechanism = "latency", second = 1 }]\n', "unexpected keyword argument 'second'"
+    ),
+    "below zero": (
+        GOOD + 'mechanisms = [{ mechanism = "latency", value = -0.05 }]\n', "latency: expected value > 0, found -0.05"
     ),
     "its robot": (
         GOOD + 'mechanisms = [{ mechanism = "speed_loop_windup", gain = 1, torque = 1 }]\n',

@@ -6,9 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from importlib import resources
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Annotated, Any, TypeAlias
 
 import numpy as np
+from msgspec import Meta
 
 from sym2real.effects import effect
 from sym2real.errors import DataError, ModelError, Sym2RealError, UnknownNameError
@@ -77,7 +78,7 @@ class Listed:
 
     title: str
     contestants: tuple[str, ...]
-    case: tuple[dict[str, Any], ...]
+    case: Annotated[tuple[dict[str, Any], ...], Meta(min_length=1)]
 
 
 @dataclass(frozen=True)
@@ -169,6 +170,9 @@ def require_possible(case: Case) -> None:
     for key, values in case.effects:
         if not values:
             raise ModelError(f"{key}: expected values, found none")
+    for name, values in case.mechanisms:
+        if wrong := [key for key, value in values.items() if not value > 0]:
+            raise ModelError(f"{name}: expected {wrong[0]} > 0, found {values[wrong[0]]!r}")
     case.plant(0)
     for key in case.truth:
         effect(key, robot)

@@ -115,7 +115,7 @@ def over(folder: Path, random: Random) -> Case:
     elif how == "hard link" and (folder / place).is_file():
         os.link(folder / place, folder / "link")
         name = "link"
-    option = "--json" if (folder / place).is_file() or READERS[target][0] not in {"compare", "inspect"} else "--out"
+    option = "--json" if (folder / place).is_file() or READERS[target][0] != "inspect" else "--out"
     return Case(
         (*READERS[target], option, name),
         (rf"{re.escape(Path(name).name)}: expected .*(another|not read|name that is free|file, found)",),

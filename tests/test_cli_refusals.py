@@ -96,7 +96,7 @@ def test_an_effect_that_is_given_twice_is_refused(models: Path, capsys: pytest.C
 @pytest.mark.parametrize(
     ("command", "message"),
     [
-        ("plan crazyflie circle speed=1000 --seconds 2", "circle: the simulated Crazyflie 2.1 crashed after"),
+        ("plan crazyflie circle speed=30 --seconds 2", "circle: the simulated Crazyflie 2.1 crashed after"),
         ("plan {models}/car {models}/car_log.csv", "expected columns of the model"),
         ("plan {models}/quadrotor fligth.csv", "fligth.csv: expected a file"),
         ("diagnose {models}/quadrotor {models}/flight.csv --horizon 0.001", "at least one time step, 0.02 s"),

@@ -84,7 +84,7 @@ BAD = {
     "no list": (GOOD + 'effects = "wind"\n', "case 'one', effects to be a list, found 'wind'"),
     "mechanism": (GOOD + 'mechanisms = [{ mechanism = "swing" }]\n', "case 'one'.*unknown mechanism 'swing'"),
     "its numbers": (
-        GOOD + 'mechanisms = [{ mechanism = "latency", second = 1 }]\n', "unexpected keyword argument 'second'"
+        GOOD + 'mechanisms = [{ mechanism = "latency", second = 1 }]\n', "expected the numbers value, found second"
     ),
     "below zero": (
         GOOD + 'mechanisms = [{ mechanism = "latency", value = -0.05 }]\n', "latency: expected value > 0, found -0.05"

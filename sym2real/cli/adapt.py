@@ -75,9 +75,11 @@ class AdaptVerb(ABC):
         require_another_folder(self.model, self.out)
         model = open_with_progress(self.model)
         with self.chosen(model, console) as chosen:
-            return self._foretold(chosen, console) if self.dry_run else self._adapted(model, chosen, console)
+            return self._foretold(model, chosen, console) if self.dry_run else self._adapted(model, chosen, console)
 
-    def _foretold(self, chosen: Chosen, console: Console) -> dict[str, Any]:
+    def _foretold(self, model: Model, chosen: Chosen, console: Console) -> dict[str, Any]:
+        self._asked(model, chosen)  # refuses what cannot be, before anything flies
+        self._inform(model, lambda _: None)
         most = self.rounds + 1
         if chosen.task is None or chosen.robot is None:
             said = f"{min(most, len(chosen.target))} of {len(chosen.target)} logs"  # type: ignore[arg-type]

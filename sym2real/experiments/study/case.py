@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from importlib import resources
@@ -171,6 +172,9 @@ def require_possible(case: Case) -> None:
         if not values:
             raise ModelError(f"{key}: expected values, found none")
     for name, values in case.mechanisms:
+        needed = [*inspect.signature(MECHANISMS[name]).parameters][2:]
+        if {*values} != {*needed}:
+            raise ModelError(f"{name}: expected the numbers {', '.join(needed)}, found {', '.join(values) or 'none'}")
         if wrong := [key for key, value in values.items() if not value > 0]:
             raise ModelError(f"{name}: expected {wrong[0]} > 0, found {values[wrong[0]]!r}")
     case.plant(0)

@@ -5,8 +5,6 @@ For example:
   python -m hardware.check_car --master http://192.168.1.3:11311 --poses /vicon/car/car --kind TransformStamped
 """
 
-from __future__ import annotations
-
 from hardware.checking import Checking
 from hardware.command_line import main
 from hardware.mushr.laboratory import MushrLaboratory

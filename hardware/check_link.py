@@ -5,8 +5,6 @@ For example:
   python -m hardware.check_link --thrust-map 2026.04 --capture vicon --settings hostname=192.168.1.2
 """
 
-from __future__ import annotations
-
 from hardware.checking import Checking
 from hardware.command_line import main
 from hardware.crazyflie.laboratory import CrazyflieLaboratory

@@ -1,7 +1,5 @@
 """A check from the command line: connect, measure for some seconds, say what holds. Nothing moves."""
 
-from __future__ import annotations
-
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Annotated, Any, Generic

@@ -1,7 +1,5 @@
 """What must hold before a robot moves, measured over a few seconds at rest; what its own checks are made of."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 

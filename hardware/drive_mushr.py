@@ -9,8 +9,6 @@ For example:
   python -m hardware.drive_mushr runs/base park --master http://192.168.1.3:11311 --out runs/park_1
 """
 
-from __future__ import annotations
-
 from hardware.command_line import main
 from hardware.mushr.laboratory import MushrLaboratory
 from hardware.run import Run

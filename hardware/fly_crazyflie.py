@@ -8,8 +8,6 @@ For example:
   python -m hardware.fly_crazyflie runs/base circle --thrust-map 2026.04 --out runs/circle_1
 """
 
-from __future__ import annotations
-
 from hardware.command_line import main
 from hardware.crazyflie.laboratory import CrazyflieLaboratory
 from hardware.run import Run

@@ -1,7 +1,5 @@
 """From a motion capture system's axes to the world's: x forward, y left, z up, in m."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -4,8 +4,6 @@ The library tells no stamps: a pose is stamped when it arrives. Its ``connect`` 
 answers, so it comes before anything is armed; waiting for a frame does not.
 """
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Mapping
 from typing import Any

@@ -1,7 +1,5 @@
 """The states of a flight: go, land, cut; what is sent in each. It knows no link and no clock, so tests set both."""
 
-from __future__ import annotations
-
 import math
 from collections import deque
 

@@ -4,8 +4,6 @@ Whatever is not a number, or comes from a clock that went backwards, counts as b
 NaN fails them.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

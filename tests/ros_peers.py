@@ -1,7 +1,5 @@
 """Real ROS 1 beside the tests: rosmaster, and scripts on rospy, in processes of the system's Python."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import socket

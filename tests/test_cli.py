@@ -1,7 +1,5 @@
 """The command line as a user types it: results, files, and errors that help."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from pathlib import Path

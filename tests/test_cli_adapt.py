@@ -1,7 +1,5 @@
 """``sym2real adapt`` as a user types it: in a simulator, with logs, again, and with what cannot be."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

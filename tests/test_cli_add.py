@@ -1,7 +1,5 @@
 """`add` and `show`: effects go into a model once, visibly, and never over the model that they came from."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """`nominal --fit-thrust`: step and unit come from the log, a gap is stepped around, wrong combinations are refused."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

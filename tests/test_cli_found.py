@@ -1,7 +1,5 @@
 """What the verbs around a diagnosis print and leave: files, models that fly, simulators, hypotheses of one's own."""
 
-from __future__ import annotations
-
 import io
 import json
 from pathlib import Path

@@ -1,7 +1,5 @@
 """`learn quadrotor --data` and `learn car --data`: equations of a robot that is not registered, from its logs alone."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Verbs read models with networks whole; those that work on equations take what lies below a residual, and say so."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """`inspect` prints the `nominal` command for a log: it runs as it stands, and the model is for that log."""
 
-from __future__ import annotations
-
 import json
 import shlex
 from collections.abc import Mapping

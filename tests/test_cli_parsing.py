@@ -1,7 +1,5 @@
 """Help that fits the terminal and keeps its paragraphs, numbers that cannot be read, the version."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 

@@ -1,7 +1,5 @@
 """No verb writes over what it was given to read; the verbs are walked, so that a new one is tested too."""
 
-from __future__ import annotations
-
 import os
 import shutil
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """What the command line refuses: logs, numbers and models that cannot mean anything, each in one error by name."""
 
-from __future__ import annotations
-
 import shlex
 import shutil
 import warnings

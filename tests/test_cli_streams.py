@@ -1,7 +1,5 @@
 """What goes where: results on standard output, errors on standard error, files before words, and the last net."""
 
-from __future__ import annotations
-
 import errno
 import json
 import os

@@ -1,7 +1,5 @@
 """The study: its jobs really adapt, its statistics say what they should, and its command line is clear."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from io import StringIO

@@ -1,7 +1,5 @@
 """A model adapted to a robot on the command line: fakes beside the script, in processes of their own."""
 
-from __future__ import annotations
-
 import io
 import json
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Motion capture by the name of its kind: a topic of ROS sees the Crazyflie, as `motioncapture` and its mock do."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager

@@ -3,8 +3,6 @@
 Nothing here is timed: waits end when what they wait for has come, or after generous limits.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager

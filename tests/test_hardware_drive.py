@@ -1,7 +1,5 @@
 """The car's launch scripts with a fake car beside them, and what happens to it when a script is stopped or killed."""
 
-from __future__ import annotations
-
 import json
 import signal
 import subprocess

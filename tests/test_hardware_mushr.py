@@ -1,7 +1,5 @@
 """The car's link, pilot and fake: limits, filtering, whole drives on a test's clock, and real ones over ROS."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import replace

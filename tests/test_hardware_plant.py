@@ -1,7 +1,5 @@
 """Whole flights on a clock that the test owns: start, task, every fault, landing."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Drive after drive, with a person who puts the car back in between."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

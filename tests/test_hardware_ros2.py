@@ -1,7 +1,5 @@
 """ROS 2 through the interface of ROS 1: with rclpy two nodes of this machine, without it a recorded exchange."""
 
-from __future__ import annotations
-
 import importlib.util
 import time
 import warnings

@@ -1,7 +1,5 @@
 """The launch scripts with a fake robot beside them, in a process of its own, as a user starts them."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Headings in another unit, sense or zero than their name says, by the way the car moves; honest ones stay."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path

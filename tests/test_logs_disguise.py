@@ -1,7 +1,5 @@
 """The project's own real flight in disguise, and cars and odd logs: what inspection must see through."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path

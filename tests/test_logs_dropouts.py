@@ -1,7 +1,5 @@
 """Rows that a sensor or a link left empty: short holes are bridged, long ones cut the log, and both are said."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -4,8 +4,6 @@ Every flight is exact: positions are sums of sines, the thrust axis is the direc
 body rates are those of the attitude. What the inspection proposes is used to read the log, and must give it back.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from dataclasses import dataclass

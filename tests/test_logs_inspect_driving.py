@@ -1,7 +1,5 @@
 """A car's commands as its drivers log them: a servo's travel from an end, counts of a motor; what they are worth."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

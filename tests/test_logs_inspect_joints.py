@@ -1,7 +1,5 @@
 """Inspection for a robot's own joints: what names and slopes say is proposed, what they do not say is left open."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

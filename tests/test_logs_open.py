@@ -1,7 +1,5 @@
 """Logs as other tools write them open: without a header, in several files, with the speed of a wheel."""
 
-from __future__ import annotations
-
 import csv
 import json
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Log specifications: TOML both ways, errors that name the nearest valid key, and what each key does to numbers."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import fields
 from math import pi

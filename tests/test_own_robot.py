@@ -1,7 +1,5 @@
 """A robot that is known from its MJCF alone: one command makes a folder that holds it, whatever becomes of the file."""
 
-from __future__ import annotations
-
 import struct
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Motion capture that sees the fake Crazyflie: a datagram for every pose, stamped on arrival as the real ones are."""
 
-from __future__ import annotations
-
 import socket
 import struct
 import threading

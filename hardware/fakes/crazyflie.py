@@ -3,8 +3,6 @@
 python -m hardware.fakes.crazyflie --port 19850 --effects added_mass value=0.005 gain:thrust value=0.79
 """
 
-from __future__ import annotations
-
 import math
 import queue
 import select

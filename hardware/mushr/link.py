@@ -1,7 +1,5 @@
 """A MuSHR racecar as a robot link: poses from motion capture, Ackermann commands by ROS, zeros on every way out."""
 
-from __future__ import annotations
-
 import math
 import threading
 import time

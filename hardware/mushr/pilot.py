@@ -1,7 +1,5 @@
 """The states of a drive: go, brake, stand. What is sent in each follows from readings alone, so that tests set them."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Poses that a topic of ROS carries: Vicon's ``TransformStamped``, or a ``PoseStamped``."""
 
-from __future__ import annotations
-
 import threading
 from dataclasses import dataclass
 

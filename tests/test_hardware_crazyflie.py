@@ -307,7 +307,7 @@ def test_motion_capture_by_the_real_client(monkeypatch: pytest.MonkeyPatch) -> N
     assert first.position == pytest.approx([1.0, -3.0, 2.0])
     until(lambda: capture.latest().arrival > first.arrival)  # type: ignore[union-attr]
     capture.close()
-    monkeypatch.setattr("hardware.motion_capture.FIRST_POSE", 0.5)
+    monkeypatch.setattr("hardware.seen.FIRST_POSE", 0.5)
     missing = LaboratoryCapture("mock", "cf2", settings)
     with pytest.raises(LinkError, match="cf1"):
         missing.connect()

@@ -353,7 +353,7 @@ def test_actions_that_are_none_are_refused(uri: str, fake: FakeMushr) -> None:
 
 
 def test_without_poses_or_without_a_car_the_error_says_which(uri: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("hardware.ros1.capture.FIRST_POSE", 0.2)
+    monkeypatch.setattr("hardware.seen.FIRST_POSE", 0.2)
     with (
         Node("/alone", uri, "127.0.0.1") as node,
         pytest.raises(LinkError, match=f"no pose on {POSES}.*motion capture"),

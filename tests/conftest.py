@@ -6,9 +6,13 @@ import gc
 import os
 import sys
 import zlib
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
+from cli_results import Refused
+
+from sym2real.cli import main
 
 os.environ.setdefault("SYM2REAL_TRACEBACK", "1")  # an error that nobody foresaw is to fail a test with its traceback
 sys.path.append(str(Path(__file__).resolve().parents[1] / "tools" / "bench"))  # what tests and benches share
@@ -43,3 +47,22 @@ def shared_data() -> Path:
     if not folder.is_dir():
         pytest.skip(f"the measured sets are not here ({folder}); set SYM2REAL_DATA to their folder")
     return folder
+
+
+@pytest.fixture
+def refused(capsys: pytest.CaptureFixture[str]) -> Refused:
+    """Types a command that is refused, and gives the one error that is all it says, on one line."""
+
+    def said(command: str | Sequence[str]) -> str:
+        capsys.readouterr()
+        with pytest.raises(SystemExit) as stopped:
+            main(command.split() if isinstance(command, str) else command)
+        assert stopped.value.code == 2
+        printed = capsys.readouterr()
+        assert printed.out == ""
+        assert printed.err.startswith("error: ")
+        assert printed.err.count("error:") == 1
+        assert printed.err.count("\n") <= 3
+        return " ".join(printed.err.split())
+
+    return said

@@ -1,7 +1,5 @@
 """A car without physics, for logs whose numbers are known."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from sym2real.trajectory import Array

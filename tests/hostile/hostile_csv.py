@@ -1,7 +1,5 @@
 """Damaged CSV files: bytes, lines, cells, columns; and such as mean the same, which must get the same answer."""
 
-from __future__ import annotations
-
 import gzip
 import re
 from collections.abc import Callable

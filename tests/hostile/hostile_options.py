@@ -1,7 +1,5 @@
 """Options that mean nothing, places where nothing can be, names that no program expects, streams that show little."""
 
-from __future__ import annotations
-
 import os
 import re
 from pathlib import Path

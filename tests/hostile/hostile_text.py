@@ -1,7 +1,5 @@
 """Damaged texts: specifications, equations, plant files, descriptions, records of a training; and folders of them."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os

@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 import pytest
 from cli_results import result_of
-from kinematic_car import car
+from kinematic_car import car, drive
+from log_files import saved
 from long_flight import flight, save
 
 from sym2real.cli import main
@@ -110,11 +110,10 @@ def test_numbers_of_rotors_that_no_motor_command_needs_let_a_weak_rotor_be_teste
 
 def test_a_car_without_a_heading_gets_no_line_that_asks_for_one(tmp_path: Path) -> None:
     """Its model holds one; a steering beyond a right angle is a steering wheel's, which the gear is wanted of."""
-    time, position, yaw, speed, steer = car()
-    columns = {"t": time, "x": position[:, 0], "y": position[:, 1], "gyro_z_dps": np.degrees(np.gradient(yaw, time))}
-    columns |= {"steering_wheel_deg": np.degrees(16.0 * steer), "speed_setpoint": speed}
-    pd.DataFrame(columns).to_csv(tmp_path / "car.csv", index=False)
-    found = inspected(tmp_path / "car.csv", tmp_path)
+    time, _, yaw, speed, steer = car()
+    wheel, rate = np.degrees(16.0 * steer), np.degrees(np.gradient(yaw, time))
+    columns = drive(gyro_z_dps=rate, steering_wheel_deg=wheel, speed_setpoint=speed)
+    found = inspected(saved(tmp_path, columns), tmp_path)
     assert found["command"] == ""
     assert "it lacks yaw, its heading" in found["remarks"][0]
     rows = json.loads((tmp_path / "result.json").read_text())["columns"]
@@ -122,6 +121,6 @@ def test_a_car_without_a_heading_gets_no_line_that_asks_for_one(tmp_path: Path) 
     assert "no wheel of the road turns" in said["steer"]["evidence"]
     assert said["steer"]["confidence"] == "guess"
     assert "nothing in the log tells its sign" in said["wz"]["evidence"]
-    pd.DataFrame({**columns, "heading_deg": np.degrees(yaw)}).to_csv(tmp_path / "car.csv", index=False)
-    assert inspected(tmp_path / "car.csv", tmp_path, "--out", str(tmp_path / "car.toml"))["command"]
+    file = saved(tmp_path, columns | {"heading_deg": np.degrees(yaw)})
+    assert inspected(file, tmp_path, "--out", str(tmp_path / "car.toml"))["command"]
     assert '# steer = { column = "steering_wheel_deg", unit = "deg", scale' in (tmp_path / "car.toml").read_text()

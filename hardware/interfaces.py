@@ -122,23 +122,19 @@ class Pilot(Protocol):
 
 
 class MotionCapture(Protocol):
-    """Poses of one body, in world axes."""
+    """Poses of one body, in world axes; neither question waits."""
 
     def connect(self) -> None:
         """Start to receive; LinkError without a pose in time. Call it before the robot is armed."""
 
     def latest(self) -> Pose | None:
-        """The newest pose, None before the first; it never waits."""
+        """The newest pose, None before the first."""
+
+    def recent(self) -> Sequence[Pose]:
+        """The last poses in the order of their arrival, for filters that need every one of them."""
 
     def close(self) -> None:
         """Stop to receive."""
-
-
-class PoseStream(MotionCapture, Protocol):
-    """Motion capture that keeps the last poses, for filters that need every one of them."""
-
-    def recent(self) -> Sequence[Pose]:
-        """The newest poses in the order of their arrival; it never waits."""
 
 
 class RobotLink(Protocol):

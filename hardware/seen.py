@@ -18,7 +18,7 @@ UNIT = 0.1  # that a quaternion's square may differ from 1
 
 
 class SeenBody(Closing):
-    """Part of a :class:`~hardware.interfaces.PoseStream` that is told what a system sees.
+    """Part of a :class:`~hardware.interfaces.MotionCapture` that is told what a system sees.
 
     Args:
         frame: of the system in the world.

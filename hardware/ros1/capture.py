@@ -26,7 +26,7 @@ class Topic:
 
 
 class RosCapture(SeenBody):
-    """A :class:`~hardware.interfaces.PoseStream` that hears a topic.
+    """A :class:`~hardware.interfaces.MotionCapture` that hears a topic.
 
     Args:
         node: whose master knows the topic; it is not closed here.

@@ -179,6 +179,7 @@ NAMES = {
     "ang_vel_x": ("rate", "x", "state"),
     "x_dot": ("velocity", "x", "state"),
     "psi_dot": ("rate", "z", "state"),
+    "yaw_rate": ("rate", "z", "state"),
     "drive.steering_angle": ("steer", "", "command"),
     "%time": ("time", "", "state"),
     "vel_w_x": ("velocity", "x", "state"),

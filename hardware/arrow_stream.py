@@ -1,7 +1,5 @@
 """Logs that grow while they are flown: Arrow streams, which :mod:`sym2real.logs.arrow_file` reads."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Motion capture by the name of its kind: what the library `motioncapture` knows, or a topic of ROS."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 

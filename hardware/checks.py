@@ -1,7 +1,5 @@
 """What must hold before a robot moves, measured over a few seconds at rest; what its own checks are made of."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -10,6 +8,7 @@ import numpy as np
 from hardware.clock import Clock, SystemClock
 from hardware.errors import LinkError
 from hardware.interfaces import Reading, RobotLink
+from hardware.safety import outside
 from sym2real.trajectory import Array
 
 OBSERVED = 2.0  # s at rest before anything moves
@@ -102,6 +101,6 @@ def still(positions: Array) -> Check:
 
 def inside(place: Array, low: Sequence[float], high: Sequence[float]) -> Check:
     """Whether a place ``# (axes,)`` lies within the fence's corners, m."""
-    within = bool(((np.array(low) <= place) & (place <= np.array(high))).all())
     told = ", ".join(f"{value:.2f}" for value in place.tolist())
-    return Check("position", f"{told} m", within, "put it inside the fence; are the axes right?")
+    holds = not outside(place, low, high)
+    return Check("position", f"{told} m", holds, "put it inside the fence; are the axes right?")

@@ -1,7 +1,5 @@
 """What time it is: the computer's monotonic clock, or one that a test sets."""
 
-from __future__ import annotations
-
 import time
 from typing import Protocol
 
@@ -13,11 +11,9 @@ class Clock(Protocol):
 
     def now(self) -> float:
         """The present time in s."""
-        ...
 
     def sleep_until(self, moment: float) -> None:
         """Return at a moment in s, at once where it has passed."""
-        ...
 
 
 class SystemClock:

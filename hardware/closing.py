@@ -1,7 +1,5 @@
 """What closes itself at the end of a ``with`` block."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from types import TracebackType
 from typing import Self

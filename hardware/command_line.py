@@ -1,7 +1,5 @@
 """What the launch scripts share: options from a dataclass, words as they come, errors in one line, JSON on request."""
 
-from __future__ import annotations
-
 import os
 import signal
 import sys

@@ -1,7 +1,5 @@
 """Errors of robots and of the links to them."""
 
-from __future__ import annotations
-
 from sym2real.errors import Sym2RealError
 
 

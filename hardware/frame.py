@@ -1,15 +1,13 @@
 """From a motion capture system's axes to the world's: x forward, y left, z up, in m."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
-import torch
+from scipy.spatial.transform import Rotation
 
 from sym2real.errors import ShapeError
-from sym2real.rotation import multiply
 from sym2real.trajectory import Array
 
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
@@ -43,22 +41,19 @@ class Frame:
         if not np.isfinite([self.yaw, *self.origin]).all() or not 0.0 < self.scale < math.inf:
             raise ShapeError("expected a finite yaw and origin, and a scale > 0")
 
-    @property
-    def rotation(self) -> Array:
-        """Matrix ``# (3, 3)`` that turns a vector of the system into the world."""
-        cosine, sine = math.cos(self.yaw), math.sin(self.yaw)
-        about_z = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
-        turned: Array = about_z @ np.array([_axis(name) for name in self.axes])
-        return turned
+    @cached_property
+    def rotation(self) -> Rotation:
+        """Turns a vector of the system into the world."""
+        return Rotation.from_euler("z", self.yaw) * Rotation.from_matrix([_axis(name) for name in self.axes])
 
     def position(self, seen: Array) -> Array:
         """A point of the system ``# (3,)`` in the world, m."""
-        placed: Array = self.rotation @ (self.scale * seen) + np.array(self.origin)
+        placed: Array = self.rotation.apply(self.scale * seen) + np.array(self.origin)
         return placed
 
     def attitude(self, seen: Array) -> Array:
         """A body's attitude in the system, quaternion w x y z ``# (4,)``, in the world."""
-        turned: Array = multiply(torch.from_numpy(_quaternion(self.rotation)), torch.from_numpy(seen)).numpy()
+        turned: Array = (self.rotation * Rotation.from_quat(seen, scalar_first=True)).as_quat(scalar_first=True)
         return turned
 
 
@@ -71,10 +66,3 @@ def heading(attitude: Array) -> float:
 def _axis(name: str) -> tuple[float, ...] | None:
     along = AXES.get(name.removeprefix("-"))
     return None if along is None else tuple((-1.0 if name.startswith("-") else 1.0) * value for value in along)
-
-
-def _quaternion(matrix: Array) -> Array:
-    from scipy.spatial.transform import Rotation  # noqa: PLC0415 — it loads slowly and is asked for once
-
-    turned: Array = np.roll(Rotation.from_matrix(matrix).as_quat(), 1)
-    return turned

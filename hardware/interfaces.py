@@ -3,8 +3,6 @@
 Times are seconds of one monotonic clock (:mod:`hardware.clock`); an age is the time since something has arrived.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -92,28 +90,22 @@ class Pilot(Protocol):
     @property
     def late(self) -> float:
         """s that an action may be late before the pilot ends the flight without it."""
-        ...
 
     @property
     def holding(self) -> float:
         """s that a start is held for a controller's first action."""
-        ...
 
     def begin(self, reading: Reading) -> None:
         """A flight or drive begins where the robot stands."""
-        ...
 
     def approach(self, reading: Reading, state: Array) -> float:
         """Head for a state ``# (state,)`` by a safe controller; s that it may take, or UnreachableError."""
-        ...
 
     def towards(self, reading: Reading) -> Array:
         """The safe controller's action of this control period ``# (action,)``."""
-        ...
 
     def arrived(self, reading: Reading) -> bool:
         """Whether the robot is where it was to go, at rest."""
-        ...
 
     def act(
         self, reading: Reading, wanted: Array | None, *, late: float = 0.0, overruns: int = 0, asked: str = ""
@@ -127,31 +119,22 @@ class Pilot(Protocol):
             overruns: actions in a row that came too late.
             asked: why somebody wants to land; empty where nobody does.
         """
-        ...
 
 
 class MotionCapture(Protocol):
-    """Poses of one body, in world axes."""
+    """Poses of one body, in world axes; neither question waits."""
 
     def connect(self) -> None:
         """Start to receive; LinkError without a pose in time. Call it before the robot is armed."""
-        ...
 
     def latest(self) -> Pose | None:
-        """The newest pose, None before the first; it never waits."""
-        ...
+        """The newest pose, None before the first."""
+
+    def recent(self) -> Sequence[Pose]:
+        """The last poses in the order of their arrival, for filters that need every one of them."""
 
     def close(self) -> None:
         """Stop to receive."""
-        ...
-
-
-class PoseStream(MotionCapture, Protocol):
-    """Motion capture that keeps the last poses, for filters that need every one of them."""
-
-    def recent(self) -> Sequence[Pose]:
-        """The newest poses in the order of their arrival; it never waits."""
-        ...
 
 
 class RobotLink(Protocol):
@@ -160,24 +143,19 @@ class RobotLink(Protocol):
     @property
     def robot(self) -> Robot:
         """Columns, limits and control period."""
-        ...
 
     @property
     def about(self) -> Mapping[str, Any]:
         """What a record says of the link: addresses and settings, as numbers, texts, lists and mappings of them."""
-        ...
 
     def connect(self) -> None:
         """Open the link and wait until state arrives; LinkError with what was waited for."""
-        ...
 
     def arm(self) -> None:
         """Make it ready to move; LinkError where it refuses. Nothing moves yet."""
-        ...
 
     def state(self) -> Reading:
         """What is known now; it never waits."""
-        ...
 
     def send(self, action: ArrayLike) -> Array:
         """Send an action ``# (action,)``; what the robot is really told, after rounding and saturation.
@@ -185,15 +163,12 @@ class RobotLink(Protocol):
         Raises:
             ShapeError: for an action that is not finite or has other columns; nothing is sent then.
         """
-        ...
 
     def stop(self, *, emergency: bool = False) -> None:
         """Motors off at once. An emergency stop also keeps them off until a person restarts the robot."""
-        ...
 
     def close(self) -> None:
         """Stop and let go of the link; it may be called twice."""
-        ...
 
     def __enter__(self) -> Self: ...
 

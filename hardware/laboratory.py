@@ -1,7 +1,5 @@
 """What a verb needs of a kind of robot: a link to it or to a fake, what must hold, what may pass."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager

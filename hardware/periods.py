@@ -1,7 +1,5 @@
 """Control periods on a grid of the clock that never drifts."""
 
-from __future__ import annotations
-
 import math
 
 from hardware.clock import Clock

@@ -1,7 +1,5 @@
 """The states of a flight: go, land, cut; what is sent in each. It knows no link and no clock, so tests set both."""
 
-from __future__ import annotations
-
 import math
 from collections import deque
 
@@ -18,6 +16,7 @@ from hardware.safety import (
     blind_reason,
     judge,
     knows_attitude,
+    outside,
     require_possible,
     tilt_of,
 )
@@ -71,9 +70,9 @@ class FlightPilot:
         """
         if not max(float(np.abs(state[7:]).max()), tilt_of(state[3:7])) <= AT_REST:
             raise UnreachableError("a start on hardware is upright and at rest; this one moves or leans")
-        place, low, high = state[:3].copy(), np.array(self.limits.low), np.array(self.limits.high)
-        if not ((low <= place) & (place <= high)).all():
-            raise UnreachableError(f"the start {np.round(place, 2).tolist()} m lies outside the fence")
+        place = state[:3].copy()
+        if reason := outside(place, self.limits.low, self.limits.high):
+            raise UnreachableError(f"the start lies {reason}")
         line = Line(reading.state[:3].copy(), place)
         self._place, self._dwelt = place, 0
         self.safe.follow(line)

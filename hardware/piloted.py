@@ -1,7 +1,5 @@
 """A link behind a pilot: in every control period measure, judge, send, and tell a record of it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -5,8 +5,6 @@ read one period later, on a grid of the clock that never drifts. Where the contr
 lands the robot.
 """
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable
 from types import TracebackType

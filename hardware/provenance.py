@@ -1,7 +1,5 @@
 """What a run was flown or driven with: the model's hash, the link, the revision of the code."""
 
-from __future__ import annotations
-
 import hashlib
 import subprocess
 from collections.abc import Mapping

@@ -4,8 +4,6 @@
 process loses less than a tenth of a second. Beside it ``flight.yaml`` says what was flown.
 """
 
-from __future__ import annotations
-
 import math
 import queue
 import threading

@@ -1,7 +1,5 @@
 """The robots that verbs know: a verb over each of their laboratories is a subcommand."""
 
-from __future__ import annotations
-
 from functools import reduce
 from operator import or_
 from typing import Annotated, Any, TypeVar

@@ -1,7 +1,5 @@
 """What a link and motion capture need of ROS, whichever version it is."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Protocol
 
@@ -14,11 +12,9 @@ class RosPublisher(Protocol):
     @property
     def subscribers(self) -> int:
         """How many hear it."""
-        ...
 
     def publish(self, message: Message) -> None:
         """Hand a message to all who hear it; it never waits for them."""
-        ...
 
 
 class RosNode(Protocol):
@@ -27,16 +23,12 @@ class RosNode(Protocol):
     @property
     def master(self) -> str:
         """Where others are found."""
-        ...
 
     def advertise(self, topic: str, kind: MessageType) -> RosPublisher:
         """Publish messages of a type under a topic."""
-        ...
 
     def subscribe(self, topic: str, kind: MessageType, heard: Callable[[Message], None]) -> object:
         """Call ``heard`` with every message of a topic, from a thread of the node's own."""
-        ...
 
     def close(self) -> None:
         """Leave; it may be called twice."""
-        ...

@@ -1,7 +1,5 @@
 """One control period as a plant tells of it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from hardware.interfaces import Command, Reading

@@ -5,8 +5,6 @@ so that a robot with a fifth of its thrust missing still arrives; a landing, a b
 take-off has learned.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -4,9 +4,8 @@ Whatever is not a number, or comes from a clock that went backwards, counts as b
 NaN fails them.
 """
 
-from __future__ import annotations
-
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -115,12 +114,12 @@ def judge(condition: Condition, limits: Limits) -> Judgement:
         if flag in condition.flags:
             return Judgement(Verdict.CUT, f"the robot says it is {flag}")
     angle = tilt_of(condition.attitude)
-    if _fresh(condition.attitude_age, limits.attitude_age) and angle > limits.upside_down:
+    if fresh(condition.attitude_age, limits.attitude_age) and angle > limits.upside_down:
         return Judgement(Verdict.CUT, f"upside down: tilted by {math.degrees(angle):.0f}°")
     reasons = (
         condition.asked,
         blind_reason(condition, limits),
-        _outside(condition.position, limits),
+        outside(condition.position, limits.low, limits.high),
         "" if angle <= limits.tilt else f"tilted by {math.degrees(angle):.0f}°",
         "" if condition.battery >= limits.battery else f"battery low: {condition.battery:.2f} V",
         "" if condition.late <= limits.late else f"no action for {condition.late:.2f} s after it was due",
@@ -135,14 +134,14 @@ def blind_reason(condition: Condition, limits: Limits) -> str:
     """Why a landing cannot be steered, empty where it can."""
     if not knows_attitude(condition, limits):
         return f"no attitude from the robot for {condition.attitude_age:.2f} s"
-    if not _fresh(condition.pose_age, limits.pose_age) or not (np.abs(condition.position) < FAR).all():
+    if not fresh(condition.pose_age, limits.pose_age) or not (np.abs(condition.position) < FAR).all():
         return f"no pose from motion capture for {condition.pose_age:.2f} s"
     return ""
 
 
 def knows_attitude(condition: Condition, limits: Limits) -> bool:
     """Whether there is a fresh attitude that is one."""
-    return _fresh(condition.attitude_age, limits.attitude_age) and not math.isnan(tilt_of(condition.attitude))
+    return fresh(condition.attitude_age, limits.attitude_age) and not math.isnan(tilt_of(condition.attitude))
 
 
 def tilt_of(attitude: Array) -> float:
@@ -154,12 +153,14 @@ def tilt_of(attitude: Array) -> float:
     return math.acos(max(-1.0, min(1.0, 1.0 - 2.0 * (x * x + y * y) / square)))
 
 
-def _fresh(age: float, limit: float) -> bool:
+def fresh(age: float, limit: float) -> bool:
+    """Whether data of an age in s is new enough, and not from a clock that went backwards."""
     return -CLOCK_SLACK <= age <= limit
 
 
-def _outside(position: Array, limits: Limits) -> str:
-    for axis, value, low, high in zip("xyz", position.tolist(), limits.low, limits.high, strict=True):
-        if not low <= value <= high:
+def outside(place: Array, low: Sequence[float], high: Sequence[float]) -> str:
+    """Where a place ``# (axes,)`` in m is outside the fence's corners, empty where it is inside."""
+    for axis, value, least, most in zip("xyz", place.tolist(), low, high, strict=True):
+        if not least <= value <= most:
             return f"outside the fence: {axis} = {value:.2f} m"
     return ""

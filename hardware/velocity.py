@@ -1,7 +1,5 @@
 """Velocity from the stamps of consecutive positions."""
 
-from __future__ import annotations
-
 import math
 from collections import deque
 

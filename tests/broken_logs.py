@@ -1,7 +1,5 @@
 """Logs as a careless user or a broken sensor writes them."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from sym2real.dataset import Dataset

@@ -1,7 +1,5 @@
 """A car's link without ROS: MuJoCo behind a clock that the test owns."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

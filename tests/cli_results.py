@@ -1,12 +1,13 @@
-"""The command line's results, for tests."""
-
-from __future__ import annotations
+"""What the command line answers and what it refuses, for tests."""
 
 import json
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 from sym2real.cli import main
+
+Refused = Callable[[str | Sequence[str]], str]  # the fixture of conftest.py: what a command that is refused says
 
 
 def result_of(arguments: list[str], folder: Path) -> dict[str, Any]:

@@ -1,14 +1,16 @@
 """Fixtures that several test files share."""
 
-from __future__ import annotations
-
 import gc
 import os
 import sys
 import zlib
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
+from cli_results import Refused
+
+from sym2real.cli import main
 
 os.environ.setdefault("SYM2REAL_TRACEBACK", "1")  # an error that nobody foresaw is to fail a test with its traceback
 sys.path.append(str(Path(__file__).resolve().parents[1] / "tools" / "bench"))  # what tests and benches share
@@ -43,3 +45,20 @@ def shared_data() -> Path:
     if not folder.is_dir():
         pytest.skip(f"the measured sets are not here ({folder}); set SYM2REAL_DATA to their folder")
     return folder
+
+
+@pytest.fixture
+def refused(capsys: pytest.CaptureFixture[str]) -> Refused:
+    """Types a command that is refused, and gives the one error that it ends with on standard error, on one line."""
+
+    def said(command: str | Sequence[str]) -> str:
+        capsys.readouterr()
+        with pytest.raises(SystemExit) as stopped:
+            main(command.split() if isinstance(command, str) else command)
+        assert stopped.value.code == 2
+        progress, begins, error = capsys.readouterr().err.partition("error: ")
+        assert "error:" not in progress + error
+        assert 1 <= error.count("\n") <= 3
+        return " ".join((begins + error).split())
+
+    return said

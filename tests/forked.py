@@ -1,7 +1,5 @@
 """The command line in a fork of this process: a run of its own, without the seconds that loading libraries takes."""
 
-from __future__ import annotations
-
 import os
 import resource
 import signal

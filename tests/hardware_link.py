@@ -1,7 +1,5 @@
 """A robot link without a link: MuJoCo behind a clock that the test owns, with faults that the test switches on."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

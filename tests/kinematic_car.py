@@ -1,7 +1,5 @@
 """A car without physics, for logs whose numbers are known."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from sym2real.trajectory import Array
@@ -15,3 +13,9 @@ def car(rows: int = 600, step: float = 0.05) -> tuple[Array, Array, Array, Array
     x = np.cumsum(speed * np.cos(yaw) * step)
     y = np.cumsum(speed * np.sin(yaw) * step)
     return time, np.stack([x, y], axis=1), yaw, speed, steer
+
+
+def drive(**more: Array) -> dict[str, Array]:
+    """Columns ``t``, ``x`` and ``y`` of that car's log, and more."""
+    time, position, *_ = car()
+    return {"t": time, "x": position[:, 0], "y": position[:, 1], **more}

@@ -1,8 +1,6 @@
 """Recordings as the real writers make them: bags and MCAP by their libraries; ULog and the Crazyflie's card by the
 layout that their makers document, since nobody ships a writer."""
 
-from __future__ import annotations
-
 import json
 import struct
 from collections.abc import Callable, Mapping

@@ -1,7 +1,5 @@
 """A diagnosis with two findings on two logs, as a page; and a browser to open it in."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace

@@ -4,8 +4,6 @@ What a node hears comes from a ROS 2 bag; what it sends must be messages that RO
 same definitions, or it fails. It stands in for the modules that :mod:`hardware.ros2` loads, and offers what it uses.
 """
 
-from __future__ import annotations
-
 import sys
 import threading
 import time

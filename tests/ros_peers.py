@@ -1,7 +1,5 @@
 """Real ROS 1 beside the tests: rosmaster, and scripts on rospy, in processes of the system's Python."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import socket
@@ -11,6 +9,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from threading import Event, Thread
 
 import pytest
 
@@ -73,10 +72,29 @@ def rospy_script(uri: str, text: str, *arguments: str | Path) -> subprocess.Pope
     return subprocess.Popen(command, env=environment(uri), stdout=subprocess.PIPE, stderr=sys.stderr, text=True)
 
 
-def wait_for(done: Callable[[], object], seconds: float = PATIENCE) -> None:
-    """Wait until a call is true; fail after some seconds."""
-    end = time.monotonic() + seconds
+def wait_for(done: Callable[[], object], meanwhile: Callable[[], object] = lambda: None) -> None:
+    """Wait until a call is true, doing something all the while; fail after :data:`PATIENCE`."""
+    end = time.monotonic() + PATIENCE
     while not done():
+        meanwhile()
         if time.monotonic() > end:
-            pytest.fail(f"waited {seconds:g} s in vain")
-        time.sleep(0.02)
+            pytest.fail(f"waited {PATIENCE:g} s in vain")
+        time.sleep(0.01)
+
+
+@contextmanager
+def repeated(tell: Callable[[], object]) -> Iterator[None]:
+    """A hundred times a second from a thread of its own, as long as the context lasts."""
+    over = Event()
+
+    def telling() -> None:
+        while not over.wait(0.01):
+            tell()
+
+    thread = Thread(target=telling)
+    thread.start()
+    try:
+        yield
+    finally:
+        over.set()
+        thread.join()

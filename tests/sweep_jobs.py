@@ -1,7 +1,5 @@
 """Jobs for the sweep's tests: importable by the processes that run them."""
 
-from __future__ import annotations
-
 import os
 import signal
 import time

@@ -1,7 +1,5 @@
 """What benches do to logs: changes that a diagnosis must not notice, and mistakes that it must."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """What a diagnosis leaves in its folder, and what goes when another one takes its place."""
 
-from __future__ import annotations
-
 import io
 import json
 import signal

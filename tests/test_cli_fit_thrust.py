@@ -1,11 +1,10 @@
 """`nominal --fit-thrust`: step and unit come from the log, a gap is stepped around, wrong combinations are refused."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
 import pytest
+from cli_results import Refused
 from long_flight import GRAVITY, HOVER, flight, save
 
 from sym2real.cli import main
@@ -30,15 +29,6 @@ def logged(folder: Path, columns: dict[str, Array]) -> list[str]:
     spec = folder / "flight.toml"
     inspect_logs(log).spec.save(spec)
     return ["--fit-thrust", str(log), "--spec", str(spec)]
-
-
-def refused(command: list[str], folder: Path, capsys: pytest.CaptureFixture[str]) -> str:
-    """The one error of a command that leaves no model behind."""
-    with pytest.raises(SystemExit) as stopped:
-        main([*command, "--out", str(folder / "model")])
-    assert stopped.value.code == 2
-    assert not (folder / "model").exists()
-    return " ".join(capsys.readouterr().err.split())
 
 
 def thrust_in(printed: str) -> float:
@@ -83,20 +73,21 @@ def test_speeds_that_the_specification_names_are_squared(
 
 
 def test_speeds_of_no_known_unit_are_refused_with_the_option_that_names_it(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, refused: Refused, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    options = logged(tmp_path, as_speeds(flight(1000, 100.0)))
+    command = [*NOMINAL, *logged(tmp_path, as_speeds(flight(1000, 100.0))), "--out", str(tmp_path / "model")]
     for asked in ([], ["--motor-unit", "command"]):
-        error = refused([*NOMINAL, *options, *asked], tmp_path, capsys)
+        error = refused([*command, *asked])
         assert "--motor-unit rad/s" in error
         assert "found 14" in error  # 2000 √0.5
-    main([*NOMINAL, *options, "--motor-unit", "rad/s", "--out", str(tmp_path / "model")])
+        assert not (tmp_path / "model").exists()
+    main([*command, "--motor-unit", "rad/s"])
     assert thrust_in(capsys.readouterr().out) == pytest.approx(PER_COMMAND / FULL**2, rel=0.02)
 
 
-def test_commands_are_no_speeds(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_commands_are_no_speeds(tmp_path: Path, refused: Refused) -> None:
     options = logged(tmp_path, flight(1000, 100.0))
-    error = refused([*NOMINAL, *options, "--motor-unit", "rad/s"], tmp_path, capsys)
+    error = refused([*NOMINAL, *options, "--motor-unit", "rad/s", "--out", str(tmp_path / "model")])
     assert "--motor-unit command" in error
     assert "flight.parquet" in error
 
@@ -104,21 +95,22 @@ def test_commands_are_no_speeds(tmp_path: Path, capsys: pytest.CaptureFixture[st
 @pytest.mark.parametrize(
     ("options", "expected"),
     [
-        (["--motor-unit", "rad/s"], "--motor-unit rad/s needs"),
-        (["--interface", "thrust_rates", "--motor-unit", "rad/s"], "need --interface motors"),
-        (["--motor-thrust", "2", "--fit-thrust", "{log}"], "found both"),
-        (["--spec", "crazyflie_battery_drag"], "found no --log or --fit-thrust"),
-        (["--fit-thrust", "{folder}"], "one log to fit the thrust on"),
+        ("--motor-unit rad/s", "--motor-unit rad/s needs"),
+        ("--interface thrust_rates --motor-unit rad/s", "need --interface motors"),
+        ("--motor-thrust 2 --fit-thrust {logs}/a.parquet", "found both"),
+        ("--spec crazyflie_battery_drag", "found no --log or --fit-thrust"),
+        ("--fit-thrust {logs}", "one log to fit the thrust on"),
     ],
 )
 def test_options_that_contradict_each_other_are_refused(
-    options: list[str], expected: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    options: str, expected: str, refused: Refused, tmp_path: Path
 ) -> None:
     (tmp_path / "logs").mkdir()
     for name in ("a", "b"):
         save(flight(200, 50.0), tmp_path / "logs" / f"{name}.parquet")
-    given = [text.format(log=tmp_path / "logs" / "a.parquet", folder=tmp_path / "logs") for text in options]
-    assert expected in refused([*NOMINAL, *given], tmp_path, capsys)
+    given = options.format(logs=tmp_path / "logs").split()
+    assert expected in refused([*NOMINAL, *given, "--out", str(tmp_path / "model")])
+    assert not (tmp_path / "model").exists()
 
 
 def test_a_gap_is_stepped_around_and_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

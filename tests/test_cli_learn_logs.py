@@ -1,11 +1,9 @@
 """`learn quadrotor --data` and `learn car --data`: equations of a robot that is not registered, from its logs alone."""
 
-from __future__ import annotations
-
-import json
 from pathlib import Path
 
 import pytest
+from cli_results import Refused, result_of
 from quick_engines import Linear
 
 from sym2real.cli import main
@@ -30,14 +28,14 @@ def drives(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
 
 def test_any_car_is_learned_from_its_logs_and_compared(drives: list[str], tmp_path: Path) -> None:
     *training, held_out = drives
-    model, found = str(tmp_path / "model"), tmp_path / "found.json"
+    model = str(tmp_path / "model")
     main(["learn", "car", "--data", *training, "--numbers", "wheelbase=0.31", "mass=4", "--out", model])
     learned = load_model(tmp_path / "model")
     assert (learned.robot, learned.dt) == ("", 0.05)
     assert learned.layouts.action == MUSHR.layouts.action
     assert learned.numbers == {"wheelbase": 0.31, "mass": 4.0}
-    main(["compare", model, held_out, "--json", str(found)])
-    assert json.loads(found.read_text())["one_step"]["errors"]["position"]["skill"] > 0.9
+    compared = result_of(["compare", model, held_out], tmp_path)
+    assert compared["one_step"]["errors"]["position"]["skill"] > 0.9
 
 
 def test_what_is_learned_is_what_a_registered_robot_of_the_same_logs_learns(
@@ -74,11 +72,9 @@ def test_a_quadrotor_of_logs_takes_thrust_and_rates(tmp_path: Path, monkeypatch:
 
 @pytest.mark.parametrize(("kind", "like"), [("quadrotor", CRAZYFLIE), ("car", MUSHR)])
 def test_without_logs_it_has_no_simulator_and_the_error_says_what_to_type(
-    kind: str, like: Robot, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    kind: str, like: Robot, refused: Refused, tmp_path: Path
 ) -> None:
-    with pytest.raises(SystemExit):
-        main(["learn", kind, "--out", str(tmp_path / "model")])
-    said = " ".join(capsys.readouterr().err.split())
+    said = refused(f"learn {kind} --out {tmp_path}/model")
     assert "expected --data LOGS" in said
     assert f"`sym2real nominal {kind} --help`" in said
     assert like.name in said
@@ -86,12 +82,9 @@ def test_without_logs_it_has_no_simulator_and_the_error_says_what_to_type(
     assert kind not in ROBOTS
 
 
-def test_a_log_with_motors_is_sent_to_the_equations_for_motors(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_log_with_motors_is_sent_to_the_equations_for_motors(refused: Refused, tmp_path: Path) -> None:
     columns = "t,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz,motor1,motor2,motor3,motor4"
     rows = [",".join([f"{0.02 * i:.2f}", "0,0,1,1,0,0,0,0,0,0,0,0,0", "0.5,0.5,0.5,0.5"]) for i in range(200)]
     (tmp_path / "log.csv").write_text("\n".join([columns, *rows, ""]))
-    with pytest.raises(SystemExit):
-        main(["learn", "quadrotor", "--data", str(tmp_path / "log.csv"), "--out", str(tmp_path / "model")])
-    assert "`sym2real nominal quadrotor --interface motors`" in " ".join(capsys.readouterr().err.split())
+    said = refused(f"learn quadrotor --data {tmp_path}/log.csv --out {tmp_path}/model")
+    assert "`sym2real nominal quadrotor --interface motors`" in said

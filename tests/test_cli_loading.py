@@ -1,7 +1,5 @@
 """A verb says that it has begun before it loads what takes seconds, and help loads none of that."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

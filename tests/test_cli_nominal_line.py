@@ -1,17 +1,15 @@
 """`inspect` prints the `nominal` command for a log: it runs as it stands, and the model is for that log."""
 
-from __future__ import annotations
-
 import json
 import shlex
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 import pytest
-from kinematic_car import car
+from cli_results import result_of
+from kinematic_car import car, drive
+from log_files import saved
 from long_flight import flight, save
 
 from sym2real.cli import main
@@ -19,23 +17,21 @@ from sym2real.data import example_flight
 from sym2real.effects import effect
 from sym2real.symbolic import load_model
 
-PUT = {"KILOGRAMS": "0.027", "METRES": "0.2955", "runs/nominal": "model"}
+PUT = {"KILOGRAMS": "0.027", "METRES": "0.2955"}
 
 
 def inspected(log: Path, folder: Path, *options: str) -> dict[str, Any]:
     """What `inspect --json` says of the next command."""
-    main(["inspect", str(log), *options, "--json", str(folder / "found.json")])
-    found: dict[str, Any] = json.loads((folder / "found.json").read_text())["nominal"]
+    found: dict[str, Any] = result_of(["inspect", str(log), *options], folder)["nominal"]
     return found
 
 
-def runs(command: str, log: Path, spec: Path, folder: Path, put: Mapping[str, str] = PUT) -> Path:
-    """The folder of the model that a printed line makes, which `compare` takes for the log."""
+def runs(command: str, log: Path, spec: Path, folder: Path) -> dict[str, Any]:
+    """What `compare` says for the log of the model ``model`` that a printed line makes."""
     words = shlex.split(command)
     assert words[0] == "sym2real"
-    main([str(folder / "model") if word == "runs/nominal" else put.get(word, word) for word in words[1:]])
-    main(["compare", str(folder / "model"), str(log), "--spec", str(spec)])
-    return folder / "model"
+    main([str(folder / "model") if word == "runs/nominal" else PUT.get(word, word) for word in words[1:]])
+    return result_of(["compare", str(folder / "model"), str(log), "--spec", str(spec)], folder)
 
 
 def test_motors_of_a_flight(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -45,14 +41,18 @@ def test_motors_of_a_flight(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
     assert found["command"] in printed
     assert found["remarks"] == []
     assert "--interface motors --attitude measured --motor-unit command --dt 0.02 --fit-thrust" in found["command"]
-    model = load_model(runs(found["command"], example_flight(), spec, tmp_path))
-    assert model.layouts.action.columns == ("motor1", "motor2", "motor3", "motor4")
+    compared = runs(found["command"], example_flight(), spec, tmp_path)
+    assert compared["one_step"]["errors"]["position"]["value"] < 0.001
+    assert {"floor", "excess", "fit", "skill", "skill_mean"} <= set(compared["horizons"][0]["errors"]["position"])
+    assert compared["residuals"]["lines"]
+    assert load_model(tmp_path / "model").layouts.action.columns == ("motor1", "motor2", "motor3", "motor4")
 
 
 def test_the_step_of_a_log_at_another_rate(tmp_path: Path) -> None:
     log, spec = save(flight(1000, 100.0), tmp_path / "flight.parquet"), tmp_path / "flight.toml"
     found = inspected(log, tmp_path, "--out", str(spec))
-    assert load_model(runs(found["command"], log, spec, tmp_path)).dt == 0.01
+    runs(found["command"], log, spec, tmp_path)
+    assert load_model(tmp_path / "model").dt == 0.01
 
 
 def test_motors_of_no_known_unit_are_asked_for(tmp_path: Path) -> None:
@@ -86,7 +86,8 @@ def test_thrust_per_mass_needs_no_mass(shared_data: Path, tmp_path: Path) -> Non
     log = shared_data / "quadrotor_wind" / "baseline_nowind.csv"
     found = inspected(log, tmp_path, "--out", str(spec))
     assert "KILOGRAMS" not in found["command"]
-    assert "thrust" in load_model(runs(found["command"], log, spec, tmp_path)).layouts.action.columns
+    runs(found["command"], log, spec, tmp_path)
+    assert "thrust" in load_model(tmp_path / "model").layouts.action.columns
 
 
 def test_a_log_without_commands_has_no_line_and_says_why(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -109,18 +110,17 @@ def test_numbers_of_rotors_that_no_motor_command_needs_let_a_weak_rotor_be_teste
 
 def test_a_car_without_a_heading_gets_no_line_that_asks_for_one(tmp_path: Path) -> None:
     """Its model holds one; a steering beyond a right angle is a steering wheel's, which the gear is wanted of."""
-    time, position, yaw, speed, steer = car()
-    columns = {"t": time, "x": position[:, 0], "y": position[:, 1], "gyro_z_dps": np.degrees(np.gradient(yaw, time))}
-    columns |= {"steering_wheel_deg": np.degrees(16.0 * steer), "speed_setpoint": speed}
-    pd.DataFrame(columns).to_csv(tmp_path / "car.csv", index=False)
-    found = inspected(tmp_path / "car.csv", tmp_path)
+    time, _, yaw, speed, steer = car()
+    wheel, rate = np.degrees(16.0 * steer), np.degrees(np.gradient(yaw, time))
+    columns = drive(gyro_z_dps=rate, steering_wheel_deg=wheel, speed_setpoint=speed)
+    found = inspected(saved(tmp_path, columns), tmp_path)
     assert found["command"] == ""
     assert "it lacks yaw, its heading" in found["remarks"][0]
-    rows = json.loads((tmp_path / "found.json").read_text())["columns"]
+    rows = json.loads((tmp_path / "result.json").read_text())["columns"]
     said = {row["meaning"]: row for row in rows}
     assert "no wheel of the road turns" in said["steer"]["evidence"]
     assert said["steer"]["confidence"] == "guess"
     assert "nothing in the log tells its sign" in said["wz"]["evidence"]
-    pd.DataFrame({**columns, "heading_deg": np.degrees(yaw)}).to_csv(tmp_path / "car.csv", index=False)
-    assert inspected(tmp_path / "car.csv", tmp_path, "--out", str(tmp_path / "car.toml"))["command"]
+    file = saved(tmp_path, columns | {"heading_deg": np.degrees(yaw)})
+    assert inspected(file, tmp_path, "--out", str(tmp_path / "car.toml"))["command"]
     assert '# steer = { column = "steering_wheel_deg", unit = "deg", scale' in (tmp_path / "car.toml").read_text()

@@ -1,7 +1,5 @@
 """The verbs that write a page."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """What ``simulate`` writes: exact states, or a log with sensor noise that the seed draws."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

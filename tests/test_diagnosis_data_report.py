@@ -1,7 +1,5 @@
 """The report on the data: planted faults of timing, sign, frame and excitation are named; sound data give none."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Logs slower than the model: nothing between their rows is made up, and the answer is that of the robot."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Predictions along logs: a residual sees what it was trained on, hidden states go on, any precision will do."""
 
-from __future__ import annotations
-
 import copy
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Case files of the study: every one builds, a bad one is one clear error. What no effect covers is MuJoCo's own."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import mujoco

@@ -1,7 +1,5 @@
 """The test flights and drives are what their names promise, and the same for the same seed."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import torch

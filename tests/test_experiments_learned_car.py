@@ -1,7 +1,5 @@
 """What pushes do to the learned car, against MuJoCo: along the heading, and by effects that resist a turn."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import torch

@@ -1,7 +1,5 @@
 """Learners by name, and a simulated robot whose sensors are noisy."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The standard set: what is measured, what varies, and that the label stays out of the data."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import torch

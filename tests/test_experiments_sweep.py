@@ -1,7 +1,5 @@
 """The sweep: what is answered stays answered, whatever stops a job, a process, a worker or the whole run."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal

@@ -1,7 +1,5 @@
 """The package's face: what it shows, that all of it has an example that runs, and what equations and answers offer."""
 
-from __future__ import annotations
-
 import doctest
 import importlib
 import inspect

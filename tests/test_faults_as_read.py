@@ -1,7 +1,5 @@
 """What is wrong with a log is said in its own columns and axes: applied to the specification, the advice mends it."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import replace

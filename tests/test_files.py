@@ -1,7 +1,5 @@
 """A file appears whole or not at all, whatever goes wrong while it is written."""
 
-from __future__ import annotations
-
 import contextlib
 import itertools
 import os

@@ -1,7 +1,5 @@
 """A model adapted to a robot on the command line: fakes beside the script, in processes of their own."""
 
-from __future__ import annotations
-
 import io
 import json
 from pathlib import Path
@@ -20,8 +18,8 @@ from sym2real.robots import CRAZYFLIE, MUSHR
 from sym2real.symbolic.storage import save_model
 
 # A machine that others use may be late: what is tested is what happens, not how fast.
-PATIENT = ["--limits.pose-age", "60", "--limits.late", "60", "--limits.overruns", "10000"]
-FAR = ["--limits.low", "-9", "-9", "--limits.high", "9", "9"]
+PATIENT = "--limits.pose-age 60 --limits.late 60 --limits.overruns 10000"
+FAR = "--limits.low -9 -9 --limits.high 9 9"
 
 
 def test_a_car_is_put_back_before_every_round_and_each_is_recorded(
@@ -30,22 +28,10 @@ def test_a_car_is_put_back_before_every_round_and_each_is_recorded(
     """Hidden in the fake: its steering is off by 0.2 rad. The same command with a round more goes on with the run."""
     save_model(MUSHR.nominal(), tmp_path / "model")
     out = tmp_path / "adapted"
-    command = ["mushr", str(tmp_path / "model"), "circle", "--sim", "--effects", "offset:steer", "value=0.2"]
-    command += [
-        "--seconds",
-        "3",
-        "--samples",
-        "64",
-        "--memory",
-        "off",
-        "--all-rounds",
-        "--out",
-        str(out),
-        "--json",
-        "-",
-    ]
+    command = f"mushr {tmp_path}/model circle --sim --effects offset:steer value=0.2 --seconds 3 --samples 64"
+    command += f" --memory off --all-rounds --out {out} --json - {PATIENT} {FAR}"
     for rounds in ("1", "2"):
-        run_verb(of_every_robot(Adapt), "adapt", None, [*command, "--rounds", rounds, *PATIENT, *FAR])
+        run_verb(of_every_robot(Adapt), "adapt", None, [*command.split(), "--rounds", rounds])
         told = json.loads(capsys.readouterr().out)
     assert [row["rows"] for row in told["rounds"]] == [60, 60, 60]
     assert told["rounds"][2]["prediction"] < 0.7 * told["rounds"][0]["prediction"]
@@ -61,8 +47,9 @@ def test_a_car_is_put_back_before_every_round_and_each_is_recorded(
 def test_a_dry_run_checks_the_drone_and_sends_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     save_model(CRAZYFLIE.nominal(), tmp_path / "model")
     out = tmp_path / "adapted"
-    command = ["crazyflie", str(tmp_path / "model"), "hover", "--sim", "--dry-run", "--out", str(out), "--json", "-"]
-    run_verb(of_every_robot(Adapt), "adapt", None, [*command, "--limits.pose-age", "60", "--limits.attitude-age", "60"])
+    command = f"crazyflie {tmp_path}/model hover --sim --dry-run --out {out} --json -"
+    command += " --limits.pose-age 60 --limits.attitude-age 60"
+    run_verb(of_every_robot(Adapt), "adapt", None, command.split())
     told = capsys.readouterr()
     assert "of hover by a Crazyflie 2.1" in json.loads(told.out)["dry_run"]
     assert "nothing was flown, learned or written" in " ".join(told.err.split())

@@ -1,15 +1,11 @@
 """Motion capture by the name of its kind: a topic of ROS sees the Crazyflie, as `motioncapture` and its mock do."""
 
-from __future__ import annotations
-
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
-from threading import Event, Thread
+from threading import Event
 
 import numpy as np
 import pytest
-from ros_peers import master, wait_for
+from ros_peers import master, repeated, wait_for
 
 from hardware.captures import capture_of
 from hardware.crazyflie.laboratory import CrazyflieLaboratory
@@ -22,35 +18,22 @@ from sym2real.errors import UnknownNameError
 from sym2real.robots import CRAZYFLIE
 
 
-@contextmanager
-def told(uri: str, topic: str, fake: FakeCrazyflie) -> Iterator[None]:
-    """Vicon's bridge, y axis upward: it sees the drone a hundred times a second."""
-    over = Event()
-    with Node("/vicon", uri, "127.0.0.1") as node:
-        publisher = node.advertise(topic, TRANSFORM)
+def test_the_crazyflie_is_seen_by_a_topic_of_ros() -> None:
+    """By Vicon's bridge, y axis upward."""
+    topic, half = "/vicon/cf1/cf1", np.sqrt(0.5)
+    with FakeCrazyflie() as fake, master() as uri, Node("/vicon", uri, "127.0.0.1") as vicon:
+        publisher = vicon.advertise(topic, TRANSFORM)
 
         def tell() -> None:
-            while not over.wait(0.01):
-                x, y, z, *_ = fake.vehicle.seen().tolist()
-                half = np.sqrt(0.5)  # the body's axes seen from axes that are turned by -90° about x
-                publisher.publish(Message(time.time(), "vicon", ("cf1",), (x, z, -y, -half, 0.0, 0.0, half)))
+            x, y, z, *_ = fake.vehicle.seen().tolist()
+            # The body's axes seen from axes that are turned by -90° about x.
+            publisher.publish(Message(time.time(), "vicon", ("cf1",), (x, z, -y, -half, 0.0, 0.0, half)))
 
-        thread = Thread(target=tell)
-        thread.start()
-        try:
-            yield
-        finally:
-            over.set()
-            thread.join()
-
-
-def test_the_crazyflie_is_seen_by_a_topic_of_ros() -> None:
-    with FakeCrazyflie() as fake, master() as uri, told(uri, "/vicon/cf1/cf1", fake):
         settings = (f"master={uri}", "host=127.0.0.1")
         laboratory = CrazyflieLaboratory(
             uri=fake.uri, thrust_map="2025.02", capture="ros", settings=settings, axes=("x", "-z", "y")
         )
-        with laboratory.open(CRAZYFLIE.start, print, dry=True) as opened:
+        with repeated(tell), laboratory.open(CRAZYFLIE.start, print, dry=True) as opened:
             opened.link.connect()
             reading = opened.link.state()
             np.testing.assert_allclose(reading.state[:3], fake.vehicle.state[:3], atol=0.01)
@@ -60,26 +43,20 @@ def test_the_crazyflie_is_seen_by_a_topic_of_ros() -> None:
 
 def test_a_pose_that_is_told_again_with_its_stamp_is_none_of_now() -> None:
     """How a node that looks up transforms tells of a body that is lost: a car would drive on in the place it had."""
-    told, over = Event(), Event()
+    seen_again = Event()
     with master() as uri, Node("/tells", uri, "127.0.0.1") as tells, Node("/hears", uri, "127.0.0.1") as hears:
         publisher, capture = tells.advertise("/pose", POSE), RosCapture(hears, Topic("/pose"))
 
         def tell() -> None:
-            while not over.wait(0.01):
-                publisher.publish(Message(5.0 + told.is_set(), "", (), (1.0, 2.0, 0.5, 0.0, 0.0, 0.0, 1.0)))
+            publisher.publish(Message(5.0 + seen_again.is_set(), "", (), (1.0, 2.0, 0.5, 0.0, 0.0, 0.0, 1.0)))
 
-        thread = Thread(target=tell)
-        thread.start()
-        try:
+        with repeated(tell):
             capture.connect()
             first = capture.latest()
             time.sleep(0.2)
             assert capture.latest() is first
-            told.set()
+            seen_again.set()
             wait_for(lambda: capture.latest() is not first)
-        finally:
-            over.set()
-            thread.join()
 
 
 def test_a_kind_that_is_not_ros_is_the_librarys() -> None:

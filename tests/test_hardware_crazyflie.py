@@ -3,10 +3,8 @@
 Nothing here is timed: waits end when what they wait for has come, or after generous limits.
 """
 
-from __future__ import annotations
-
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
@@ -14,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 import torch
+from ros_peers import PATIENCE, wait_for
 
 from hardware.crazyflie.connection import Connection
 from hardware.crazyflie.link import CrazyflieLink
@@ -41,18 +40,8 @@ from sym2real.trajectory import Array
 
 MAP = THRUST_MAPS["2025.02"]
 HOVER = CRAZYFLIE.rest[0]
-PATIENCE = 120.0  # s
 # On a machine that others use, data may come late: a test of what happens is not one of how fast.
 PATIENT = Limits(pose_age=PATIENCE, attitude_age=PATIENCE, late=PATIENCE, overruns=10000)
-
-
-def until(holds: Callable[[], bool], then: Callable[[], object] = lambda: None) -> None:
-    """Wait until something holds, doing something all the while."""
-    start = time.monotonic()
-    while not holds():
-        then()
-        time.sleep(0.01)
-        assert time.monotonic() - start < PATIENCE
 
 
 @contextmanager
@@ -85,9 +74,9 @@ def test_each_route_turns_the_robot_as_it_is_told(route: str) -> None:
                 link.send(action)
 
             fake.do(lambda vehicle: vehicle.plant.reset([0.0, 0.0, 5.0, 1.0, *[0.0] * 9]))
-            until(turns, turn)
+            wait_for(turns, turn)
             assert np.abs(np.delete(turning, axis)).max() < 0.5 * abs(turning[axis])
-            until(lambda a=axis, s=sign: link.state().state[10 + a] * s > 0.5, turn)
+            wait_for(lambda a=axis, s=sign: link.state().state[10 + a] * s > 0.5, turn)
 
 
 @pytest.mark.parametrize("route", ROUTES)
@@ -98,7 +87,7 @@ def test_each_route_sends_the_thrust_that_it_says(route: str) -> None:
         for thrust in (0.25, 0.1, 0.0, 0.45):
             sent = link.send([thrust, 0.0, 0.0, 0.0])
             count = round(sent[0] * MAP.per_newton)
-            until(lambda count=count: _held(fake) == count, lambda thrust=thrust: link.send([thrust, 0, 0, 0]))
+            wait_for(lambda count=count: _held(fake) == count, lambda thrust=thrust: link.send([thrust, 0, 0, 0]))
             assert link.state().extra["thrust_count"] == count
         assert link.send(np.zeros(4))[0] == 0.0
         assert not link.state().extra["saturated"]
@@ -113,14 +102,14 @@ def test_the_commander_route_needs_its_unlocking() -> None:
     """Without the packet of no thrust the firmware keeps the motors still; `arm` sends it."""
     with connected("commander") as (link, fake):
         link.connection.arm(True)
-        until(lambda: fake.vehicle.supervisor.armed)
+        wait_for(lambda: fake.vehicle.supervisor.armed)
         for _ in range(20):
             link.send([0.2, 0.0, 0.0, 0.0])
             time.sleep(0.01)
         assert fake.vehicle.thrust == 0.0
         assert all(fake.firmware.parameters[name] == 0 for name in ROUTES["commander"].parameters)
         link.arm()
-        until(lambda: fake.vehicle.thrust > 0.15, lambda: link.send([0.2, 0.0, 0.0, 0.0]))
+        wait_for(lambda: fake.vehicle.thrust > 0.15, lambda: link.send([0.2, 0.0, 0.0, 0.0]))
 
 
 @pytest.mark.parametrize("protocol", [9, 10, 12])
@@ -129,13 +118,13 @@ def test_state_arrives_in_world_axes_whatever_the_firmware(protocol: int) -> Non
     with connected(route, protocol=protocol) as (link, fake):
         turned = [0.5, -0.3, 1.0, *_attitude(0.2, -0.3, 0.7), 0, 0, 0, 0.4, 0.3, -0.2]
         fake.do(lambda vehicle: _floating(vehicle, turned))
-        until(lambda: np.abs(link.state().state[:3] - turned[:3]).max() < 0.01)
-        until(lambda: np.abs(link.state().state[10:13] - fake.vehicle.state[10:13]).max() < 0.12)
+        wait_for(lambda: np.abs(link.state().state[:3] - turned[:3]).max() < 0.01)
+        wait_for(lambda: np.abs(link.state().state[10:13] - fake.vehicle.state[10:13]).max() < 0.12)
         assert set(link.connection.logged) > set(link._block.variables)
         assert (link._block is BLOCKS[0]) == (protocol >= 10)
-        until(lambda: abs(abs(link.state().state[3:7] @ fake.vehicle.state[3:7]) - 1.0) < 1e-3)
+        wait_for(lambda: abs(abs(link.state().state[3:7] @ fake.vehicle.state[3:7]) - 1.0) < 1e-3)
         assert link.state().battery == pytest.approx(4.1, abs=0.01)
-        until(lambda: np.abs(np.array(fake.firmware.position) - fake.vehicle.state[:3]).max() < 0.01, link.state)
+        wait_for(lambda: np.abs(np.array(fake.firmware.position) - fake.vehicle.state[:3]).max() < 0.01, link.state)
 
 
 def _floating(vehicle: Vehicle, state: list[float]) -> None:
@@ -186,7 +175,7 @@ def test_a_locked_robot_does_not_arm(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("hardware.crazyflie.link.ARMING", 0.3)
     with connected() as (link, fake):
         link.stop(emergency=True)
-        until(lambda: fake.vehicle.supervisor.locked)
+        wait_for(lambda: fake.vehicle.supervisor.locked)
         with pytest.raises(LinkError, match="armed"):
             link.arm()
 
@@ -195,11 +184,11 @@ def test_a_locked_robot_does_not_arm(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_stop_and_emergency_stop_reach_every_firmware(protocol: int) -> None:
     with connected("packet" if protocol >= 10 else "commander", protocol=protocol) as (link, fake):
         link.arm()
-        until(lambda: fake.vehicle.thrust > 0.1, lambda: link.send([0.2, 0, 0, 0]))
+        wait_for(lambda: fake.vehicle.thrust > 0.1, lambda: link.send([0.2, 0, 0, 0]))
         link.stop()
-        until(lambda: fake.vehicle.thrust == 0.0 and not fake.vehicle.supervisor.armed)
+        wait_for(lambda: fake.vehicle.thrust == 0.0 and not fake.vehicle.supervisor.armed)
         link.stop(emergency=True)
-        until(lambda: fake.vehicle.supervisor.locked)
+        wait_for(lambda: fake.vehicle.supervisor.locked)
 
 
 def test_what_is_no_action_is_not_sent() -> None:
@@ -279,7 +268,7 @@ def test_a_whole_flight_over_udp(protocol: int, route: str) -> None:
         assert np.linalg.norm(state[:3] - [0.2, 0.0, 0.5]) <= 0.1
         plant.land()
         assert plant.ended == "the task is over"
-        until(lambda: not fake.vehicle.supervisor.armed)
+        wait_for(lambda: not fake.vehicle.supervisor.armed)
         assert fake.vehicle.state[2] < 0.06
 
 
@@ -288,9 +277,9 @@ def test_a_drone_out_of_reach_ends_the_flight() -> None:
     with connected() as (link, fake), HardwarePlant(link, FlightPilot(CRAZYFLIE, limits)) as plant:
         plant.reset(_place(0.4))
         fake.muted = fake.deaf = True
-        until(lambda: plant.crashed, lambda: plant.step(CRAZYFLIE.rest))
+        wait_for(lambda: plant.crashed, lambda: plant.step(CRAZYFLIE.rest))
         assert "attitude" in plant.ended
-        until(lambda: fake.vehicle.supervisor.locked)  # its own watchdog
+        wait_for(lambda: fake.vehicle.supervisor.locked)  # its own watchdog
 
 
 def _place(height: float) -> Array:
@@ -307,9 +296,9 @@ def test_motion_capture_by_the_real_client(monkeypatch: pytest.MonkeyPatch) -> N
     first = capture.latest()
     assert isinstance(first, Pose)
     assert first.position == pytest.approx([1.0, -3.0, 2.0])
-    until(lambda: capture.latest().arrival > first.arrival)  # type: ignore[union-attr]
+    wait_for(lambda: capture.latest().arrival > first.arrival)  # type: ignore[union-attr]
     capture.close()
-    monkeypatch.setattr("hardware.motion_capture.FIRST_POSE", 0.5)
+    monkeypatch.setattr("hardware.seen.FIRST_POSE", 0.5)
     missing = LaboratoryCapture("mock", "cf2", settings)
     with pytest.raises(LinkError, match="cf1"):
         missing.connect()

@@ -1,7 +1,5 @@
 """The master of --sim does for two nodes what roscore does."""
 
-from __future__ import annotations
-
 import pytest
 from ros_peers import wait_for
 

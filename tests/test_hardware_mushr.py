@@ -1,7 +1,5 @@
 """The car's link, pilot and fake: limits, filtering, whole drives on a test's clock, and real ones over ROS."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import replace
@@ -28,6 +26,7 @@ from sym2real.errors import ShapeError
 from sym2real.plants import run_episode
 from sym2real.robots import MUSHR
 from sym2real.tasks import make_task
+from sym2real.trajectory import Array
 from tests.hardware_link import TestClock
 
 ANY = st.floats(allow_nan=True, allow_infinity=True)
@@ -39,11 +38,17 @@ PATIENT = replace(FAR_AWAY, pose_age=PATIENCE, late=PATIENCE, overruns=10000)
 class Driven:
     """A plant on that link, with what it recorded."""
 
-    def __init__(self, limits: DriveLimits = FAR_AWAY, **truth: object) -> None:
-        self.clock, self.rows = TestClock(), list[Row]()
+    def __init__(self, limits: DriveLimits = FAR_AWAY, *, put_back: bool = False, **truth: object) -> None:
+        self.clock, self.rows, self.put_at = TestClock(), list[Row](), list[list[float]]()
         self.link = CarLink(self.clock, Car(Truth(**truth)))  # type: ignore[arg-type]
-        pilot = DrivePilot(MUSHR, limits)
-        self.plant = HardwarePlant(self.link, pilot, clock=self.clock, record=self.rows.append, guard=False)
+        pilot, put = DrivePilot(MUSHR, limits), self._put if put_back else None
+        self.plant = HardwarePlant(self.link, pilot, clock=self.clock, record=self.rows.append, guard=False, put=put)
+
+    def _put(self, start: Array) -> None:
+        """The person who puts the car back."""
+        self.put_at.append(start[:2].tolist())
+        self.link.car.put(*start[:2].tolist(), math.atan2(start[2], start[3]))
+        self.clock.time += 0.2
 
     def straight(self, seconds: float) -> None:
         self.plant.reset(MUSHR.start)
@@ -208,6 +213,20 @@ def test_the_fence_brakes_the_car_inside_a_metre_of_it() -> None:
     assert driven.link.car.state[0] < 1.6
 
 
+def test_a_drive_that_ended_by_a_fault_does_not_keep_the_next_from_its_start() -> None:
+    """A person puts the car back before each."""
+    driven = Driven(DriveLimits(low=(-1.0, -1.0), high=(0.5, 1.0)), put_back=True)
+    for _ in range(2):
+        state = driven.plant.reset(MUSHR.start)
+        assert np.hypot(*state[:2]) < 0.15
+        for _ in range(400):
+            driven.plant.step([0.0, 0.9])
+        assert driven.plant.ended.startswith("outside the fence: x = 0.5")
+    assert driven.put_at == [[0.0, 0.0], [0.0, 0.0]]
+    assert sum(row.stage == "task" for row in driven.rows) > 20
+    np.testing.assert_array_equal(driven.rows[-1].sent, 0.0)
+
+
 @pytest.mark.parametrize("action", [[math.nan, 0.5], [0.1, math.inf]])
 def test_an_action_that_is_no_number_brakes(action: list[float]) -> None:
     driven = Driven()
@@ -355,7 +374,7 @@ def test_actions_that_are_none_are_refused(uri: str, fake: FakeMushr) -> None:
 
 
 def test_without_poses_or_without_a_car_the_error_says_which(uri: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("hardware.ros1.capture.FIRST_POSE", 0.2)
+    monkeypatch.setattr("hardware.seen.FIRST_POSE", 0.2)
     with (
         Node("/alone", uri, "127.0.0.1") as node,
         pytest.raises(LinkError, match=f"no pose on {POSES}.*motion capture"),

@@ -1,7 +1,5 @@
 """Frames of motion capture, velocity from stamps, and the sender that a blocked radio does not stop."""
 
-from __future__ import annotations
-
 import math
 import threading
 

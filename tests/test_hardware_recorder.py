@@ -1,7 +1,5 @@
 """One run, one file: what was asked and sent, readable at once, and after the process was killed."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

@@ -1,7 +1,5 @@
 """The ROS 1 node beside real ROS: rosmaster, rospy, rosbag; and beside peers that misbehave."""
 
-from __future__ import annotations
-
 import contextlib
 import socket
 import struct

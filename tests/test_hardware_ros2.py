@@ -1,7 +1,5 @@
 """ROS 2 through the interface of ROS 1: with rclpy two nodes of this machine, without it a recorded exchange."""
 
-from __future__ import annotations
-
 import importlib.util
 import time
 import warnings
@@ -79,7 +77,7 @@ def test_messages_come_back_as_they_went(kind: ros1.MessageType, replay: Replay)
 
 
 def test_a_silent_topic_is_named(replay: Replay, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("hardware.ros1.capture.FIRST_POSE", 0.2)
+    monkeypatch.setattr("hardware.seen.FIRST_POSE", 0.2)
     monkeypatch.setenv("ROS_DOMAIN_ID", "7")
     silent = capture_of("ros2", "cf1", {"topic": "/nowhere"}, Frame())
     with silent as capture, pytest.raises(LinkError, match=r"ROS 2, domain 7: no pose on /nowhere"):

@@ -1,7 +1,5 @@
 """The verdict on a moment of a flight, and that no input yields a command outside the limits."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

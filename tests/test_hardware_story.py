@@ -1,7 +1,5 @@
 """Two flights and a diagnosis: a drone too heavy and too weak is named, and flies better with what was found."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """Newtons to the firmware's 16-bit number and back."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

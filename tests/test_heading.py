@@ -1,15 +1,13 @@
 """Headings in another unit, sense or zero than their name says, by the way the car moves; honest ones stay."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import pytest
-from kinematic_car import car
+from kinematic_car import car, drive
+from log_files import saved
 from standard_set import Case, simulate_case
 
 from sym2real.dataset import Dataset
@@ -27,12 +25,8 @@ COMPASS = (90 - np.degrees(YAW)) % 360
 
 
 def logged(folder: Path, name: str, heading: Array, servo: float = 1.0, **more: Array) -> Inspection:
-    columns = {
-        "t": TIME, "x": POSITION[:, 0], "y": POSITION[:, 1], name: heading,
-        "servo_us": np.round(1500 + servo * 1000 * STEER), "speed_setpoint": SPEED, **more,
-    }  # fmt: skip
-    pd.DataFrame(columns).to_csv(folder / "car.csv", index=False)
-    return inspect_logs(folder / "car.csv")
+    columns = {"servo_us": np.round(1500 + servo * 1000 * STEER), "speed_setpoint": SPEED, **more}
+    return inspect_logs(saved(folder, drive(**{name: heading}, **columns), "car.csv"))
 
 
 def evidence(found: Inspection) -> str:
@@ -84,10 +78,8 @@ def test_wraps_tell_the_unit_where_nothing_is_known_of_the_path(tmp_path: Path) 
     for name, heading, unit in (("yaw_deg", 3 * YAW, ""), ("yaw_rad", np.degrees(3 * YAW), "deg")):
         turn = 360.0 if unit else 2 * np.pi
         wrapped = (heading + turn / 2) % turn - turn / 2
-        pd.DataFrame({"t": TIME, name: wrapped, "steer": STEER, "speed": SPEED}).to_csv(
-            tmp_path / "car.csv", index=False
-        )
-        assert inspect_logs(tmp_path / "car.csv").spec.columns["yaw"].unit == unit
+        file = saved(tmp_path, {"t": TIME, name: wrapped, "steer": STEER, "speed": SPEED})
+        assert inspect_logs(file).spec.columns["yaw"].unit == unit
 
 
 def test_a_rate_tells_the_unit_of_a_heading_without_path_and_wraps(tmp_path: Path) -> None:
@@ -96,8 +88,7 @@ def test_a_rate_tells_the_unit_of_a_heading_without_path_and_wraps(tmp_path: Pat
     for values, unit in ((np.degrees(heading), "deg"), (100 * heading, "")):
         rate = np.gradient(values, TIME) * (1.0 if unit else 180.0 / np.pi)
         columns = {"t": TIME, "heading": values, "gyro_z_deg_s": rate, "steer": STEER, "speed": SPEED}
-        pd.DataFrame(columns).to_csv(tmp_path / "car.csv", index=False)
-        assert inspect_logs(tmp_path / "car.csv").spec.columns["yaw"].unit == unit
+        assert inspect_logs(saved(tmp_path, columns)).spec.columns["yaw"].unit == unit
 
 
 def test_a_car_that_reverses_points_against_its_way() -> None:

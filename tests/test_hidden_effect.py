@@ -4,8 +4,6 @@ The effect is drawn by seed and injected into MuJoCo by its own means; the logs 
 the answer is the truth's name (or a member of its group), its value, and predictions of flights that nobody fitted.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The manifold: group axioms, round trips, derivatives, and errors that help."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import torch

@@ -3,8 +3,6 @@
 That MuJoCo turns with them is in ``test_plants_physics.py``.
 """
 
-from __future__ import annotations
-
 import tempfile
 from dataclasses import replace
 from functools import cache, partial

@@ -1,7 +1,5 @@
 """Damaged logs: one error that names file, row and column, what was expected and what stands there."""
 
-from __future__ import annotations
-
 import os
 import sys
 from pathlib import Path

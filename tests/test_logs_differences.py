@@ -1,7 +1,5 @@
 """Rates that a log computed from its own positions, and rates that it lacks: neither may look like a slow robot."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,12 +1,11 @@
 """Rows that a sensor or a link left empty: short holes are bridged, long ones cut the log, and both are said."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
+from log_files import saved
 
 from sym2real.data import example_flight
 from sym2real.dataset import Dataset
@@ -24,8 +23,7 @@ def with_holes(folder: Path, **holes: slice) -> Path:
     flight = pd.read_csv(example_flight())
     for rows in holes.values():
         flight.loc[flight.index[rows], POSE] = np.nan
-    flight.to_csv(folder / "log.csv", index=False)
-    return folder / "log.csv"
+    return saved(folder, flight)
 
 
 def whole() -> Dataset:
@@ -62,9 +60,9 @@ def test_a_log_in_pieces_is_no_single_log(tmp_path: Path) -> None:
 def test_without_stamps_rows_keep_their_time(tmp_path: Path) -> None:
     time = np.arange(20.0)
     x = np.where((time > 4) & (time < 12), np.nan, 3 * time)
-    pd.DataFrame({"x": x, "y": time}).to_csv(tmp_path / "log.csv", index=False)
+    file = saved(tmp_path, {"x": x, "y": time})
     spec = LogSpec.parse('[time]\nrate = 50\n[columns]\nx = "x"\ny = "y"')
-    first, second = read_logs(tmp_path / "log.csv", spec)
+    first, second = read_logs(file, spec)
     np.testing.assert_allclose(first.time, 0.02 * np.arange(5))
     np.testing.assert_allclose(second.time, 0.02 * np.arange(12, 20))
     np.testing.assert_allclose(second.column("x"), 150 * second.time)
@@ -73,7 +71,7 @@ def test_without_stamps_rows_keep_their_time(tmp_path: Path) -> None:
 def test_a_slower_column_is_held_where_the_specification_says_so(tmp_path: Path) -> None:
     flight = pd.read_csv(example_flight())
     flight.loc[np.arange(len(flight)) % 5 != 3, "vbat"] = np.nan
-    flight.to_csv(tmp_path / "log.csv", index=False)
+    saved(tmp_path, flight)
     with pytest.raises(DataError, match=r"column 'vbat'.*hold = \[\"vbat\"\].*80 % of the rows"):
         read_logs(tmp_path / "log.csv", NAME)
     spec = LogSpec.parse('hold = ["vbat"]\n' + SPECS[NAME].toml())
@@ -93,18 +91,17 @@ def test_a_proposal_holds_only_what_it_names(tmp_path: Path, name: str) -> None:
     flight = pd.read_csv(example_flight())
     slow = 30000.0 + np.arange(len(flight))
     flight[name] = np.where(np.arange(len(flight)) % 5 == 3, slow, np.nan)
-    flight.to_csv(tmp_path / "log.csv", index=False)
-    proposed = inspect_logs(tmp_path / "log.csv")
+    proposed = inspect_logs(saved(tmp_path, flight))
     assert proposed.spec.hold == ()
     assert LogSpec.parse(proposed.toml()) == proposed.spec
     assert proposed.spec.time.column == "t"
 
 
 def test_what_is_empty_throughout_is_named(tmp_path: Path) -> None:
-    pd.read_csv(example_flight()).assign(vbat=np.nan).to_csv(tmp_path / "log.csv", index=False)
+    file = saved(tmp_path, pd.read_csv(example_flight()).assign(vbat=np.nan))
     for read in (inspect_logs, lambda path: read_logs(path, NAME)):
         with pytest.raises(DataError, match=r"a row with numbers in all of vbat, found none"):
-            read(tmp_path / "log.csv")
+            read(file)
 
 
 def test_an_inspection_wants_rows_with_numbers(tmp_path: Path) -> None:
@@ -113,9 +110,7 @@ def test_an_inspection_wants_rows_with_numbers(tmp_path: Path) -> None:
 
 
 def test_columns_that_nobody_asks_for_may_be_empty(tmp_path: Path) -> None:
-    flight = pd.read_csv(example_flight()).assign(sonar=np.nan)
-    flight.to_csv(tmp_path / "log.csv", index=False)
-    (log,) = read_logs(tmp_path / "log.csv", NAME)
+    (log,) = read_logs(saved(tmp_path, pd.read_csv(example_flight()).assign(sonar=np.nan)), NAME)
     assert len(log) == 829
 
 

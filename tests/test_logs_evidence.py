@@ -1,7 +1,5 @@
 """Long and fast logs: looked at whole, thinned to the rows that say something."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Files of logs: nothing is lost on the way out and in, and a bad file gives one error that says where."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Callable
 from pathlib import Path

@@ -1,29 +1,25 @@
 """A car's commands as its drivers log them: a servo's travel from an end, counts of a motor; what they are worth."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import pytest
-from kinematic_car import car
+from kinematic_car import car, drive
+from log_files import saved
 
 from sym2real.cli import main
 from sym2real.logs import Inspection, LogSpec, inspect_logs, read_log
 from sym2real.trajectory import Array
 
-TIME, POSITION, YAW, SPEED, STEER = car()
+TIME, _, YAW, SPEED, STEER = car()
 WHEELBASE = 0.3  # m
 MOST_TURNS = 4614.0  # electrical rpm for 1 m/s, as of an F1TENTH car
 CENTRE, TRAVEL = 0.53, 1.21  # of a servo: the middle, and its travel per rad
 
 
 def logged(folder: Path, steer: Array, speed: Array, **more: Array) -> Inspection:
-    columns = {"t": TIME, "x": POSITION[:, 0], "y": POSITION[:, 1], "yaw": YAW, "servo": steer, "speed_cmd": speed}
-    pd.DataFrame({**columns, **more}).to_csv(folder / "car.csv", index=False)
-    return inspect_logs(folder / "car.csv")
+    return inspect_logs(saved(folder, drive(yaw=YAW, servo=steer, speed_cmd=speed, **more), "car.csv"))
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -70,11 +66,7 @@ def test_a_velocity_to_the_side_that_is_always_zero_says_nothing_of_the_unit(
 
 @pytest.mark.parametrize(("sine", "cosine"), [("yaw_sin", "yaw_cos"), ("sinPsi", "cosPsi"), ("heading_sine", "cosine")])
 def test_sine_and_cosine_of_a_heading_are_no_heading(tmp_path: Path, sine: str, cosine: str) -> None:
-    circle = {sine: np.sin(YAW), cosine: np.cos(YAW)}
-    pd.DataFrame({"t": TIME, "x": POSITION[:, 0], "y": POSITION[:, 1], "steer": STEER, **circle}).to_csv(
-        tmp_path / "car.csv", index=False
-    )
-    found = inspect_logs(tmp_path / "car.csv")
+    found = inspect_logs(saved(tmp_path, drive(steer=STEER, **{sine: np.sin(YAW), cosine: np.cos(YAW)})))
     assert not {"yaw", "ref_yaw"} & found.spec.columns.keys()
     assert {"x", "y", "steer"} <= found.spec.columns.keys()
 

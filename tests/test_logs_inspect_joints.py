@@ -1,15 +1,13 @@
 """Inspection for a robot's own joints: what names and slopes say is proposed, what they do not say is left open."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 import pytest
 import two_links
 from cli_results import result_of
+from log_files import saved
 
 from sym2real import example_flight, quadrotor
 from sym2real.cli import main
@@ -26,6 +24,8 @@ from sym2real.trajectory import Array, Trajectory
 LINKS = Robot.from_mjcf(two_links.MJCF, name="links", dt=two_links.STEP)
 LAYOUTS = LINKS.layouts
 OWN = two_links.COLUMNS[1:]
+TARGET = '<actuator><position name="target" joint="q1" kp="8" ctrlrange="-2 2"/>'
+SERVO = Robot.from_mjcf(two_links.MJCF.replace("<actuator>", TARGET), actions=["target"], name="servo")
 
 
 @pytest.mark.parametrize(
@@ -98,10 +98,8 @@ def test_joints_go_by_their_names_and_servos_by_what_is_wanted() -> None:
     glued |= {action: f"currentCommand{joint}" for action, joint in moved.items()}  # jiminy's; no electric current
     found = {column: match.source for column, match in match_own([*glued.values()], arm, moved).found.items()}
     assert found == glued
-    servo = '<position name="target" joint="q1" kp="8" ctrlrange="-2 2"/>'
-    told = Robot.from_mjcf(two_links.MJCF.replace("<actuator>", f"<actuator>{servo}"), actions=["target"], name="l")
-    assert match_own(["ax1_pos", "ax1_target"], told.layouts, {"target": "q1"}).found["target"].source == "ax1_target"
-    found = {c: m.source for c, m in match_own(["q1", "q1_ref", "tau1"], told.layouts, {"target": "q1"}).found.items()}
+    assert match_own(["ax1_pos", "ax1_target"], SERVO.layouts, {"target": "q1"}).found["target"].source == "ax1_target"
+    found = {c: m.source for c, m in match_own(["q1", "q1_ref", "tau1"], SERVO.layouts, {"target": "q1"}).found.items()}
     assert found == {"q1": "q1", "target": "q1_ref"}
 
 
@@ -282,8 +280,7 @@ def test_six_motors_are_found_by_their_numbers_or_are_lines_to_fill_in(name: str
     rng = np.random.default_rng(0)
     columns = {"t": 0.01 * np.arange(100), "z": np.linspace(0.0, 1.0, 100)}
     columns |= {name.format(number): rng.uniform(0.4, 0.6, 100) for number in range(6)}
-    pd.DataFrame(columns).to_csv(tmp_path / "flight.csv", index=False)
-    proposed = inspect_logs(tmp_path / "flight.csv", layouts=HEXAROTOR)
+    proposed = inspect_logs(saved(tmp_path, columns), layouts=HEXAROTOR)
     for number in range(6):
         if found:
             assert proposed.spec.columns[f"motor{number + 1}"].column == name.format(number)
@@ -292,12 +289,8 @@ def test_six_motors_are_found_by_their_numbers_or_are_lines_to_fill_in(name: str
 
 
 def test_a_servos_command_goes_by_its_joints_name_in_python_too(tmp_path: Path) -> None:
-    servo = '<position name="target" joint="q1" kp="8" ctrlrange="-2 2"/>'
-    text = two_links.MJCF.replace("<actuator>", f"<actuator>{servo}")
-    robot = Robot.from_mjcf(text, actions=["target"], name="told")
     time = 0.01 * np.arange(200)
     angle = np.sin(time)
     columns = {"t": time, "q1_deg": np.degrees(angle), "q2_deg": 0.5 * np.degrees(angle), "q1_cmd_deg": 57.3 * angle}
-    pd.DataFrame(columns).to_csv(tmp_path / "swing.csv", index=False)
-    found = inspect_logs(tmp_path / "swing.csv", layouts=robot.layouts, moved=robot.moved)
+    found = inspect_logs(saved(tmp_path, columns), layouts=SERVO.layouts, moved=SERVO.moved)
     assert (found.spec.columns["target"].column, found.spec.columns["target"].unit) == ("q1_cmd_deg", "deg")

@@ -1,7 +1,5 @@
 """Logs of a robot's own joints: specifications name its columns, in any unit; rates follow from coordinates."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

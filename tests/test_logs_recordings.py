@@ -1,7 +1,5 @@
 """Recordings of several topics: what was measured is interpolated, what was commanded is held, formats agree."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable
 from pathlib import Path

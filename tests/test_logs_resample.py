@@ -1,7 +1,5 @@
 """Rows at equal steps: against analytic signals, with commands that hold, and never across a gap."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

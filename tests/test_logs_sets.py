@@ -1,7 +1,5 @@
 """The measured sets and the project's own flight, through the specifications that ship with the project."""
 
-from __future__ import annotations
-
 import dataclasses
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Log specifications: TOML both ways, errors that name the nearest valid key, and what each key does to numbers."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import fields
 from math import pi
@@ -10,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
+from log_files import saved
 
 from sym2real import rotation
 from sym2real.errors import DataError, UnknownNameError
@@ -101,15 +100,8 @@ def test_a_bad_specification_names_file_key_and_nearest(text: str) -> None:
     assert str(caught.value).startswith("drone.toml")
 
 
-def write(folder: Path, columns: dict[str, object]) -> Path:
-    path = folder / "log.csv"
-    rows = zip(*(np.atleast_1d(np.asarray(values, dtype=float)).tolist() for values in columns.values()), strict=True)
-    path.write_text("\n".join([",".join(columns), *(",".join(map(repr, row)) for row in rows)]) + "\n")
-    return path
-
-
 def read(folder: Path, columns: dict[str, object], toml: str, layouts: Layouts | None = None) -> dict[str, np.ndarray]:
-    log = read_log(write(folder, columns), LogSpec.parse(toml), layouts)
+    log = read_log(saved(folder, columns), LogSpec.parse(toml), layouts)
     names = [*log.layouts.state.columns, *log.layouts.action.columns, *log.layouts.inputs.columns]
     return {"time": log.time, **{name: log.column(name) for name in (*names, *log.extra)}}
 

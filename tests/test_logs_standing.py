@@ -1,7 +1,5 @@
 """Robots that stand: such rows are left out, but no flight is, however little it is pushed, and no stop of a moment."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

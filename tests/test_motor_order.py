@@ -1,7 +1,5 @@
 """Motors in another order, or that turn the other way: seen in MuJoCo's flights of four motors and in real ones."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

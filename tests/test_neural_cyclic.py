@@ -1,7 +1,5 @@
 """Where the world's origin lies is nothing that a residual can learn from, unless the base has a place in it."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

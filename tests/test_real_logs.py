@@ -1,7 +1,5 @@
 """Measured logs, through the bench's own figures: one flight of each quick kind, and three drives."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The page in a real browser: every section, switches that move curves, no request, no error, no violation by axe."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 from contextlib import contextmanager

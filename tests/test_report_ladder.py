@@ -1,7 +1,5 @@
 """The ladder on a terminal of 80 columns: four channels, long intervals, nothing cut off."""
 
-from __future__ import annotations
-
 import io
 import re
 

@@ -1,7 +1,5 @@
 """What a page holds: packed numbers, errors of every combination of switches, equations, and what is read back."""
 
-from __future__ import annotations
-
 import base64
 import json
 import zlib

@@ -1,7 +1,5 @@
 """Trajectories hold together: shapes, rows that belong to each other, transitions within one trajectory."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """What must hold before a take-off."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

@@ -3,8 +3,6 @@
 The one file that imports cflib, inside its functions: it is an extra, and takes a second to load.
 """
 
-from __future__ import annotations
-
 import logging
 import threading
 import warnings

@@ -1,7 +1,5 @@
 """What the verbs connect to for a Crazyflie: a robot and its motion capture, or fakes beside the script."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, dataclass

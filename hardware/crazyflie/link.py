@@ -1,7 +1,5 @@
 """A Crazyflie as a robot link: position from motion capture, attitude and rates from it, thrust and rates to it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import asdict

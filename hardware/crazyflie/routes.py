@@ -6,8 +6,6 @@ about: port 7 and cflib's own function negate it; port 3 also negates yaw.
 Sources: crazyflie-firmware, crtp_commander_rpyt.c and crtp_commander_generic.c; cflib, commander.py.
 """
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field

@@ -4,8 +4,6 @@ cflib's queue to the radio holds one packet, and putting a second one waits up t
 something newer of its kind comes is replaced: an old set-point is worth nothing.
 """
 
-from __future__ import annotations
-
 import logging
 import threading
 from collections.abc import Callable

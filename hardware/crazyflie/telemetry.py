@@ -4,8 +4,6 @@ Newer firmware fits in 14 bytes: a compressed quaternion, rates in mrad/s, batte
 no supervisor's word in its log: floats of the attitude, the gyroscope, voltage and two flags fit in 26.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass

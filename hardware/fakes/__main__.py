@@ -1,7 +1,5 @@
 """A fake Crazyflie as a process: ``python -m hardware.fakes --port 19850 --poses-to 7000``; it ends with its input."""
 
-from __future__ import annotations
-
 import sys
 import time
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """A fake robot in a process of its own, beside a script."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from collections.abc import Callable, Iterator, Sequence

@@ -1,21 +1,16 @@
 """Motion capture that sees the fake Crazyflie: a datagram for every pose, stamped on arrival as the real ones are."""
 
-from __future__ import annotations
-
 import socket
 import struct
 import threading
 
 import numpy as np
 
-from hardware.clock import Clock, SystemClock
 from hardware.errors import LinkError
-from hardware.interfaces import Pose
-from hardware.velocity import Velocity
+from hardware.seen import FIRST_POSE, SeenBody
 from sym2real.trajectory import Array
 
 LAYOUT = struct.Struct("<8d")  # the sender's time, position, quaternion w x y z
-FIRST_POSE = 5.0  # s
 
 
 def packed_pose(time: float, pose: Array) -> bytes:
@@ -23,22 +18,19 @@ def packed_pose(time: float, pose: Array) -> bytes:
     return LAYOUT.pack(time, *pose)
 
 
-class FakeCapture:
+class FakeCapture(SeenBody):
     """A :class:`~hardware.interfaces.MotionCapture` that listens on UDP.
 
     Args:
         port: 0 takes one that is free.
-        clock: the computer's by default.
     """
 
-    def __init__(self, port: int = 0, clock: Clock | None = None) -> None:
-        self._clock = clock or SystemClock()
-        self._pose: Pose | None = None
-        self._velocity = Velocity()
+    def __init__(self, port: int = 0) -> None:
+        super().__init__()
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.bind(("127.0.0.1", port))
         self._socket.settimeout(0.2)
-        self._first, self._closing = threading.Event(), threading.Event()
+        self._closing = threading.Event()
         self._thread = threading.Thread(target=self._receive, name="fake motion capture", daemon=True)
 
     @property
@@ -54,12 +46,8 @@ class FakeCapture:
             LinkError: when none comes.
         """
         self._thread.start()
-        if not self._first.wait(FIRST_POSE):
+        if not self.comes():
             raise LinkError(f"motion capture: no pose on UDP port {self.address[1]} in {FIRST_POSE:g} s")
-
-    def latest(self) -> Pose | None:
-        """The newest pose."""
-        return self._pose
 
     def close(self) -> None:
         """Stop to listen."""
@@ -74,7 +62,5 @@ class FakeCapture:
                 datagram = self._socket.recv(LAYOUT.size)
             except TimeoutError:
                 continue
-            arrival, (_, *pose) = self._clock.now(), LAYOUT.unpack(datagram)
-            place = np.array(pose[:3])
-            self._pose = Pose(place, np.array(pose[3:]), arrival, arrival, self._velocity.add(arrival, place))
-            self._first.set()
+            arrival, (_, *pose) = self.clock.now(), LAYOUT.unpack(datagram)
+            self.tell(np.array(pose[:3]), np.array(pose[3:]), arrival)

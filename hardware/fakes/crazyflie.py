@@ -3,8 +3,6 @@
 python -m hardware.fakes.crazyflie --port 19850 --effects added_mass value=0.005 gain:thrust value=0.79
 """
 
-from __future__ import annotations
-
 import math
 import queue
 import select
@@ -14,9 +12,9 @@ import time
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from types import TracebackType
 from typing import Self
 
+from hardware.closing import Closing
 from hardware.fakes.capture import packed_pose
 from hardware.fakes.firmware import Firmware
 from hardware.fakes.vehicle import STEP, Truth, Vehicle
@@ -34,7 +32,7 @@ def hidden(effects: Sequence[tuple[str, dict[str, float]]]) -> list[Change]:
     return [effect(key, stepped).inject(**values) for key, values in effects]
 
 
-class FakeCrazyflie:
+class FakeCrazyflie(Closing):
     """Serves one client from a thread of its own, between ``with`` and its end.
 
     Args:
@@ -83,12 +81,7 @@ class FakeCrazyflie:
         self._thread.start()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.hang_up()
-
-    def hang_up(self) -> None:
+    def close(self) -> None:
         """Stop, and close the port: this machine refuses what comes to it from now on."""
         self._closing.set()
         self._thread.join(5.0)

@@ -3,8 +3,6 @@
 A packet is its header (port, channel) and its data. Ports: crazyflie-firmware, crtp.h.
 """
 
-from __future__ import annotations
-
 import struct
 import zlib
 from collections.abc import Iterator

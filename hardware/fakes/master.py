@@ -3,8 +3,6 @@
 Source: http://wiki.ros.org/ROS/Master_API.
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
 import threading

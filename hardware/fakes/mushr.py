@@ -1,7 +1,5 @@
 """A MuSHR on ROS 1 with MuJoCo behind it: the command multiplexer, limits of servo and speed controller, poses."""
 
-from __future__ import annotations
-
 import math
 import threading
 from collections import deque
@@ -11,6 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from hardware.clock import Clock, SystemClock
+from hardware.closing import Closing
 from hardware.mushr.limits import CarLimits
 from hardware.mushr.link import COMMANDS
 from hardware.ros1 import ACKERMANN, POSE, Message, Node
@@ -104,7 +103,7 @@ class Car:
         return alive[max(alive, key=PRIORITIES.__getitem__)] if alive else np.zeros(2)
 
 
-class FakeMushr:
+class FakeMushr(Closing):
     """The car as a node: it hears the multiplexer's inputs and tells poses, in real time.
 
     Args:
@@ -134,12 +133,6 @@ class FakeMushr:
         self._closing.set()
         self._thread.join()
         self._node.close()
-
-    def __enter__(self) -> FakeMushr:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
     def _hearing(self, source: str) -> Callable[[Message], None]:
         def heard(message: Message) -> None:

@@ -1,7 +1,5 @@
 """A fake MuSHR as a process: ``python -m hardware.fakes.mushr_process``; it ends with its input."""
 
-from __future__ import annotations
-
 import logging
 import sys
 import time

@@ -1,7 +1,5 @@
 """The firmware's supervisor, as far as a link can see it: armed, flying, tumbled, locked, crashed."""
 
-from __future__ import annotations
-
 from sym2real.trajectory import Array
 
 PREFLIGHT = 30.0  # s that it stays armed on the ground

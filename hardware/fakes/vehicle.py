@@ -5,8 +5,6 @@ left, up. The yaw-rate command is integrated into a yaw target, which a proporti
 does; the thrust that a count gives is a truth of this vehicle, which the thrust map of a link may miss.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """What must hold before a drive."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

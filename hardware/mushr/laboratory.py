@@ -1,7 +1,5 @@
 """What the verbs connect to for a MuSHR: a car and its motion capture on ROS, or fakes beside the script."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable, Iterator, Sequence

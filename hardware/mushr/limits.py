@@ -1,7 +1,5 @@
 """What a car's drivers take: steering, speed and how fast they may change."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

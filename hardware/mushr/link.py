@@ -1,7 +1,5 @@
 """A MuSHR racecar as a robot link: poses from motion capture, Ackermann commands by ROS, zeros on every way out."""
 
-from __future__ import annotations
-
 import math
 import threading
 import time
@@ -15,7 +13,7 @@ from numpy.typing import ArrayLike
 from hardware.clock import Clock, SystemClock
 from hardware.closing import Closing
 from hardware.errors import LinkError
-from hardware.interfaces import PoseStream, Reading, finite_action
+from hardware.interfaces import MotionCapture, Reading, finite_action
 from hardware.mushr.limits import CarLimits
 from hardware.mushr.pose_filter import PoseFilter
 from hardware.ros import RosNode, RosPublisher
@@ -46,7 +44,7 @@ class MushrLink(Closing):
     def __init__(
         self,
         node: RosNode,
-        capture: PoseStream,
+        capture: MotionCapture,
         *,
         limits: CarLimits | None = None,
         topic: str = COMMANDS,

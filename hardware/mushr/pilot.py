@@ -1,7 +1,5 @@
 """The states of a drive: go, brake, stand. What is sent in each follows from readings alone, so that tests set them."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 
@@ -13,12 +11,12 @@ from hardware.errors import UnreachableError
 from hardware.interfaces import Command, Reading, Verdict
 from hardware.mushr.limits import CarLimits
 from hardware.mushr.link import UNHEARD
+from hardware.safety import fresh, outside
 from sym2real.control.pure_pursuit import PurePursuit
 from sym2real.errors import ShapeError
 from sym2real.robots import Robot
 from sym2real.trajectory import Array
 
-CLOCK_SLACK = 0.05  # s: data may arrive after the moment that it is judged at
 ARRIVED, TURNED = 0.15, math.radians(30.0)  # m and rad from the start that a controller corrects by itself
 STANDS = 0.05  # m/s
 APPROACH = 0.5  # m/s
@@ -151,7 +149,7 @@ class DrivePilot:
     def _wrong(self, reading: Reading, wanted: Array | None, late: float, overruns: int) -> str:
         limits, age = self.limits, reading.ages.get("pose", math.inf)
         reasons = (
-            "" if -CLOCK_SLACK <= age <= limits.pose_age else f"no pose from motion capture for {age:.2f} s",
+            "" if fresh(age, limits.pose_age) else f"no pose from motion capture for {age:.2f} s",
             "nobody hears the commands" if UNHEARD in reading.flags else "",
             self._outside(reading.state),
             "" if late <= limits.late else f"no action for {late:.2f} s after it was due",
@@ -161,10 +159,7 @@ class DrivePilot:
         return next(filter(None, reasons), "")
 
     def _outside(self, state: Array) -> str:
-        for axis, value, low, high in zip("xy", state[:2].tolist(), self.limits.low, self.limits.high, strict=True):
-            if not low <= value <= high:
-                return f"outside the fence: {axis} = {value:.2f} m"
-        return ""
+        return outside(state[:2], self.limits.low, self.limits.high)
 
     def _there(self, time: Tensor) -> Tensor:
         return torch.from_numpy(self._goal).to(time).expand(*time.shape, len(self._goal))

@@ -1,7 +1,5 @@
 """A car's state from its poses: median, yaw without its turns, velocity over the stamps' own intervals."""
 
-from __future__ import annotations
-
 import math
 from collections import deque
 

@@ -3,8 +3,6 @@
 Source: http://wiki.ros.org/ROS/TCPROS.
 """
 
-from __future__ import annotations
-
 import socket
 import struct
 

@@ -4,8 +4,6 @@ Bytes, little-endian: sequence number, seconds and nanoseconds (uint32 each), th
 and UTF-8; texts likewise; numbers. Definitions and their MD5 sums are those of ROS Noetic and of ackermann_msgs 1.0.
 """
 
-from __future__ import annotations
-
 import math
 import struct
 from collections.abc import Sequence

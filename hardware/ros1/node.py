@@ -3,8 +3,6 @@
 Source: http://wiki.ros.org/ROS/Master_API, http://wiki.ros.org/ROS/Slave_API.
 """
 
-from __future__ import annotations
-
 import contextlib
 import http.client
 import os

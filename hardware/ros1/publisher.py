@@ -1,7 +1,5 @@
 """What a node publishes: every subscriber gets the newest message; one that is slow misses some and delays nobody."""
 
-from __future__ import annotations
-
 import contextlib
 import socket
 import threading

@@ -1,7 +1,5 @@
 """XML-RPC as ROS speaks it: answers are a code, words and a value; calls end in time."""
 
-from __future__ import annotations
-
 import http.client
 import threading
 from collections.abc import Callable, Mapping

@@ -1,7 +1,5 @@
 """What a node hears of a topic: one connection to every publisher that the master tells of."""
 
-from __future__ import annotations
-
 import contextlib
 import logging
 import socket

@@ -1,7 +1,5 @@
 """Messages of ROS 2 as those of :mod:`hardware.ros1.messages`: the same types, as objects of ``rclpy``."""
 
-from __future__ import annotations
-
 import importlib
 import math
 from operator import attrgetter

@@ -1,7 +1,5 @@
 """A node of ROS 2: the one file that imports ``rclpy``, inside its functions: a ROS installation brings it, not pip."""
 
-from __future__ import annotations
-
 import os
 import threading
 from collections.abc import Callable
@@ -13,6 +11,27 @@ from hardware.ros2.messages import class_of, decoded, encoded
 from sym2real.errors import MissingDependencyError
 
 NEWEST = 1  # message that waits: an old command is worth nothing
+
+
+class Publisher:
+    """A :class:`~hardware.ros.RosPublisher`.
+
+    Args:
+        publisher: of rclpy.
+        kind: of its messages.
+    """
+
+    def __init__(self, publisher: Any, kind: MessageType) -> None:
+        self._publisher, self._kind = publisher, kind
+
+    @property
+    def subscribers(self) -> int:
+        """How many hear it."""
+        return int(self._publisher.get_subscription_count())
+
+    def publish(self, message: Message) -> None:
+        """Hand a message to all who hear it."""
+        self._publisher.publish(encoded(self._kind, message))
 
 
 class Node(Closing):
@@ -64,24 +83,3 @@ class Node(Closing):
             self._node.destroy_node()
             self._context.try_shutdown()
             self._thread.join(1.0)
-
-
-class Publisher:
-    """A :class:`~hardware.ros.RosPublisher`.
-
-    Args:
-        publisher: of rclpy.
-        kind: of its messages.
-    """
-
-    def __init__(self, publisher: Any, kind: MessageType) -> None:
-        self._publisher, self._kind = publisher, kind
-
-    @property
-    def subscribers(self) -> int:
-        """How many hear it."""
-        return int(self._publisher.get_subscription_count())
-
-    def publish(self, message: Message) -> None:
-        """Hand a message to all who hear it."""
-        self._publisher.publish(encoded(self._kind, message))

@@ -7,8 +7,6 @@ wrong mass, thrust map or unit of thrust changes nothing. On its way up and down
 On wheels it stands where it is told to and does, but for a moment before it goes and after it came.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

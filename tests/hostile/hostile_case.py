@@ -1,7 +1,5 @@
 """A hostile case: what is done to a copy of the world, what is typed then, and what an answer must hold."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Options that mean nothing, places where nothing can be, names that no program expects, streams that show little."""
 
-from __future__ import annotations
-
 import os
 import re
 from pathlib import Path
@@ -12,19 +10,8 @@ from hostile_world import READERS
 
 NUMBERS = ("nan", "inf", "-inf", "1e999", "abc", "", "-1", "0", "9" * 400, "1_0_", "0x", "None", "é", "--", "1,5")
 NAMES = (
-    "",
-    "no such",
-    "x" * 300,
-    "../../..",
-    "\N{SNOWMAN}",
-    "a\nb",
-    "[bold]",
-    "%s",
-    "wind:",
-    ":",
-    "-",
-    "nan",
-    "\udcff",
+    *("", "no such", "x" * 300, "../../..", "\N{SNOWMAN}", "a\nb", "[bold]"),
+    *("%s", "wind:", ":", "-", "nan", "\udcff"),
 )
 
 

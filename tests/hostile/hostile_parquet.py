@@ -1,7 +1,5 @@
 """Damaged Parquet files: bytes, and columns of kinds that no log has."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from random import Random

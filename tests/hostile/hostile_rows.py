@@ -1,7 +1,5 @@
 """CSV files whose rows are in disorder or missing, or whose stamps or attitudes cannot be."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from random import Random

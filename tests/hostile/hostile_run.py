@@ -4,8 +4,6 @@ A run may end in four ways: with the answer of the undamaged file, with another 
 clear error, or as a failure.
 """
 
-from __future__ import annotations
-
 import argparse
 import gc
 import hashlib

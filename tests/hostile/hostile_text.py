@@ -1,7 +1,5 @@
 """Damaged texts: specifications, equations, plant files, descriptions, records of a training; and folders of them."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os
@@ -52,19 +50,8 @@ def specification(folder: Path, random: Random) -> Case:
     line = random.choice([i for i, one in enumerate(lines) if "=" in one])
     key = lines[line].partition("=")[0].strip()
     literals = (
-        "[]",
-        "{}",
-        "1e400",
-        "nan",
-        "-1",
-        "true",
-        '"no_such"',
-        "9" * 400,
-        DEEP,
-        "''",
-        '"log_x"',
-        "1979-05-27",
-        '"\\q"',
+        *("[]", "{}", "1e400", "nan", "-1", "true", '"no_such"', "9" * 400),
+        *(DEEP, "''", '"log_x"', "1979-05-27", '"\\q"'),
     )
     how = random.randrange(6)
     if how == 0:

@@ -1,7 +1,5 @@
 """What is damaged: logs, a specification, a model, a simulator and the folder of a diagnosis, small and whole."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from contextlib import chdir, redirect_stdout

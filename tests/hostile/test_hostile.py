@@ -1,7 +1,5 @@
 """Damaged inputs: each gets its answer, an answer that names the damage, or one clear error."""
 
-from __future__ import annotations
-
 import sys
 from collections import Counter
 from pathlib import Path

@@ -115,7 +115,7 @@ FAULTS = (
     Fault("motion capture lost", _break("blind"), BLIND, LIMITS.pose_age),
     Fault("log stale", _break("without_log"), BLIND, LIMITS.attitude_age),
     Fault("link muted", _break("muted"), BLIND, LIMITS.attitude_age),
-    Fault("port refused", lambda scene: scene.fake.hang_up(), BLIND, LIMITS.pose_age),
+    Fault("port refused", lambda scene: scene.fake.close(), BLIND, LIMITS.pose_age),
     Fault("battery low", _empty, "land", LIMITS.battery_time),
     Fault("fence", _put(1.6, 0.0, 0.5, 1.0, 0.0, 0.0, 0.0), "land", 0.0),
     Fault("tumble", _put(0.0, 0.0, 0.8, 0.0, 1.0, 0.0, 0.0), "cut", 0.0),

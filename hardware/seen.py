@@ -1,0 +1,63 @@
+"""What every motion capture keeps of the body that it sees: its newest poses, in the world's axes."""
+
+import threading
+from abc import abstractmethod
+
+import numpy as np
+
+from hardware.clock import Clock, SystemClock
+from hardware.closing import Closing
+from hardware.frame import Frame
+from hardware.interfaces import Pose
+from hardware.velocity import Velocity
+from sym2real.trajectory import Array
+
+FIRST_POSE = 5.0  # s
+KEPT = 64  # poses: more than half a second of them
+UNIT = 0.1  # that a quaternion's square may differ from 1
+
+
+class SeenBody(Closing):
+    """Part of a :class:`~hardware.interfaces.MotionCapture` that is told what a system sees.
+
+    Args:
+        frame: of the system in the world.
+        clock: the computer's by default.
+    """
+
+    def __init__(self, frame: Frame | None = None, clock: Clock | None = None) -> None:
+        self._frame, self.clock = frame or Frame(), clock or SystemClock()
+        self._poses: tuple[Pose, ...] = ()
+        self._velocity = Velocity()
+        self._first = threading.Event()
+
+    @abstractmethod
+    def connect(self) -> None:
+        """Start to receive, and wait for a pose."""
+
+    def latest(self) -> Pose | None:
+        """The newest pose, in the world's axes."""
+        poses = self._poses
+        return poses[-1] if poses else None
+
+    def recent(self) -> tuple[Pose, ...]:
+        """The newest poses, in the world's axes."""
+        return self._poses
+
+    def comes(self) -> bool:
+        """Whether a pose comes in time."""
+        return self._first.wait(FIRST_POSE)
+
+    def tell(self, position: Array, attitude: Array, arrival: float, stamp: float | None = None) -> None:
+        """A pose has arrived: m ``# (3,)`` and w x y z ``# (4,)`` in the system's axes, and s; stamped then by default.
+
+        A position that is no number is how systems tell of a body that they lost, and so is a stamp that is told again.
+        """
+        stamp, before = arrival if stamp is None else stamp, self.latest()
+        if not np.isfinite(position).all() or (before is not None and stamp == before.stamp):
+            return
+        turned = self._frame.attitude(attitude) if abs(attitude @ attitude - 1.0) < UNIT else None
+        place = self._frame.position(position)
+        pose = Pose(place, turned, stamp, arrival, self._velocity.add(stamp, place))
+        self._poses = (*self._poses, pose)[-KEPT:]
+        self._first.set()

@@ -13,7 +13,7 @@ import yaml
 from rich.console import Console
 from ros_peers import PATIENCE, wait_for
 
-from hardware.check import Checking
+from hardware.checking import Checking
 from hardware.command_line import main as run_verb
 from hardware.errors import LinkError
 from hardware.fakes.master import FakeMaster
@@ -90,10 +90,10 @@ def test_a_dry_run_sends_nothing(model: str, tmp_path: Path, fake: FakeMushr) ->
 
 def test_the_car_is_checked_and_nothing_moves(fake: FakeMushr, capsys: pytest.CaptureFixture[str]) -> None:
     options = ["--seconds", "0.5", "--json", "-", "--master", fake._node.master, "--limits.pose-age", "60"]
-    run_verb(Checking[MushrLaboratory], "check", None, options)
+    run_verb(Checking[MushrLaboratory], "check_car", None, options)
     assert json.loads(capsys.readouterr().out)["ready"]
     assert not fake.car._inputs
-    run_verb(Checking[MushrLaboratory], "check", None, [*options, "--commands", "/elsewhere"])
+    run_verb(Checking[MushrLaboratory], "check_car", None, [*options, "--commands", "/elsewhere"])
     failed = [check for check in json.loads(capsys.readouterr().out)["checks"] if not check["holds"]]
     assert [check["measured"] for check in failed] == ["nobody listens"]
 
@@ -102,7 +102,7 @@ def started(model: str, out: Path, fake: FakeMushr) -> subprocess.Popen[bytes]:
     """The launch script as a process of its own, which drives the fake; this returns once the car is under way."""
     limits = ["--limits.pose-age", "60", "--limits.late", "60", "--limits.overruns", "10000"]
     limits += ["--limits.low", "-9", "-9", "--limits.high", "9", "9"]
-    command = [sys.executable, "-m", "hardware.run", "mushr", model, "circle", "--out", str(out), "--seconds", "300"]
+    command = [sys.executable, "-m", "hardware.drive_mushr", model, "circle", "--out", str(out), "--seconds", "300"]
     command += ["--samples", "64", "--master", fake._node.master, *limits]
     script = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.DEVNULL)
     # Beyond the approach's half a metre per second, so that it is the task.

@@ -9,7 +9,7 @@ import pytest
 import yaml
 from rich.console import Console
 
-from hardware.check import Checking
+from hardware.checking import Checking
 from hardware.command_line import main as run_verb
 from hardware.crazyflie.checks import checks
 from hardware.crazyflie.laboratory import CrazyflieLaboratory
@@ -66,7 +66,7 @@ def test_a_dry_run_sends_nothing(model: str, tmp_path: Path) -> None:
 
 def test_the_link_is_checked_and_nothing_moves(capsys: pytest.CaptureFixture[str]) -> None:
     options = "--sim --dry-run --seconds 1 --json - --limits.pose-age 60"
-    run_verb(Checking[CrazyflieLaboratory], "check", None, options.split())
+    run_verb(Checking[CrazyflieLaboratory], "check_link", None, options.split())
     told = json.loads(capsys.readouterr().out)
     held = {check["name"]: check["holds"] for check in told["checks"]}
     assert held["battery"] and held["tilt"] and held["position"] and held["motion capture"]
@@ -94,7 +94,7 @@ def test_a_robot_that_does_not_answer_is_one_error(capsys: pytest.CaptureFixture
     options = "--thrust-map paper --uri udp://127.0.0.1:1 --capture mock"
     options += " --settings rigid_bodies=cf1(0,0,0,1,0,0,0) frequency=100"
     with pytest.raises(SystemExit) as ended:
-        run_verb(Checking[CrazyflieLaboratory], "check", None, options.split())
+        run_verb(Checking[CrazyflieLaboratory], "check_link", None, options.split())
     assert ended.value.code == 2
     assert "udp://127.0.0.1:1" in capsys.readouterr().err
 
@@ -104,7 +104,7 @@ def test_numbers_that_no_flight_has_are_refused_before_it(model: str, tmp_path: 
     for typed in ("--seconds 0", "--seconds -3", "--samples 0", "--seed -1"):
         command = f"{model} hover --out {tmp_path} --sim {typed}"
         with pytest.raises(SystemExit) as ended:
-            run_verb(Run[CrazyflieLaboratory], "run", None, command.split())
+            run_verb(Run[CrazyflieLaboratory], "fly", None, command.split())
         assert ended.value.code == 2
         assert "expected a" in capsys.readouterr().err
     for mass in (32.0, 0.0, -0.03, float("nan")):

@@ -88,7 +88,7 @@ def _hovered(folder: Path, number: int, seconds: float, prefix: str) -> dict[str
     answer = out.with_suffix(".json")
     if not answer.exists():
         shutil.rmtree(out, ignore_errors=True)  # of a run that was stopped
-        command = [sys.executable, "-m", "hardware.run", "crazyflie", str(folder / "model"), "hover", "--sim"]
+        command = [sys.executable, "-m", "hardware.fly_crazyflie", str(folder / "model"), "hover", "--sim"]
         command += ["--seconds", f"{seconds:g}", "--out", str(out), "--json", str(answer)]
         ended = subprocess.run([*shlex.split(prefix), *command], cwd=ROOT, stdout=subprocess.DEVNULL, check=False)
         if ended.returncode:

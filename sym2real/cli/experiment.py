@@ -61,15 +61,16 @@ class RunExperiment:
         if self.out is None:
             raise ModelError("expected --out FOLDER: every answer is kept there; `sym2real experiment list` needs none")
         from sym2real.cli.progress import sweep_progress
+        from sym2real.cli.terminal import progress_console
         from sym2real.experiments.study.catalogue import experiment
         from sym2real.experiments.study.effort import FULL, QUICK
         from sym2real.experiments.study.sweep import run_sweep
 
         chosen = experiment(self.name, self.cases, self.contestants)
         effort = (FULL if self.full else QUICK).of_seeds(self.seeds)
-        console.print(f"preparing {self.name}", style="dim", markup=False)
+        progress_console().print(f"preparing {self.name}", style="dim", markup=False)
         jobs = chosen.jobs(effort)
-        with sweep_progress(console, self.out) as on_progress:
+        with sweep_progress(self.out) as on_progress:
             answers = run_sweep(jobs, self.out, workers=self.jobs, cluster=self.cluster, on_progress=on_progress)
         return _show(chosen.outcome(effort, answers), self.out, console)
 

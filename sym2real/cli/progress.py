@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from rich import progress as bars
-from rich.console import Console, Group
+from rich.console import Group
 from rich.live import Live
 from rich.text import Text
 
@@ -83,9 +83,10 @@ def _bar(*counted: bars.ProgressColumn) -> bars.Progress:
 
 
 @contextmanager
-def sweep_progress(console: Console, folder: Path) -> Iterator[Callable[[sweep.Progress], None]]:
-    """A callback for :func:`~sym2real.experiments.study.sweep.run_sweep` that draws on ``console``."""
-    began, kept = time.monotonic(), list[int]()
+def sweep_progress(folder: Path) -> Iterator[Callable[[sweep.Progress], None]]:
+    """A callback for :func:`~sym2real.experiments.study.sweep.run_sweep` into this folder."""
+    console, began = progress_console(), time.monotonic()
+    kept: list[int] = []
     newest = [sweep.Progress(0, 0)]
 
     def going_on() -> Group:

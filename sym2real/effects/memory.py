@@ -7,10 +7,12 @@ zero is then the identity, with a derivative that is not zero (an exact lag's re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
 import torch
 from torch import Tensor
 
 from sym2real.errors import ModelError
+from sym2real.trajectory import Array
 
 Given = Mapping[str, Tensor]
 Begin = Callable[[Tensor, float, Given], Tensor]
@@ -35,7 +37,7 @@ class Memory:
 
 def first_row(row: Tensor, dt: float, values: Given) -> Tensor:
     """Memory that is the row itself, in the shape it has with the values."""
-    shape = torch.broadcast_shapes(row.shape, *(value.shape for value in values.values()))
+    shape = np.broadcast_shapes(row.shape, *(value.shape for value in values.values()))
     return row.expand(shape)
 
 
@@ -58,7 +60,7 @@ def as_given(values: Mapping[str, Tensor | float], like: Tensor) -> Given:
 
 def replaced(rows: Tensor, columns: Sequence[int], output: Tensor) -> Tensor:
     """Rows with those columns exchanged, in the batch shape of both."""
-    batch = torch.broadcast_shapes(rows.shape[:-1], output.shape[:-1])
+    batch = np.broadcast_shapes(rows.shape[:-1], output.shape[:-1])
     result = rows.expand(*batch, rows.shape[-1]).clone()
     result[..., list(columns)] = output.expand(*batch, len(columns))
     return result
@@ -79,7 +81,7 @@ def shift() -> Memory:
 
     def run(memory: Tensor, rows: Tensor, dt: float, values: Given) -> tuple[Tensor, Tensor]:
         before, steps = memory.shape[-2], rows.shape[-2]
-        batch = torch.broadcast_shapes(memory.shape[:-2], rows.shape[:-2])
+        batch = np.broadcast_shapes(memory.shape[:-2], rows.shape[:-2])
         whole = torch.cat([part.expand(*batch, *part.shape[-2:]) for part in (memory, rows)], dim=-2)
         late = values["value"][..., 0] / dt  # (...)
         late = torch.where((late - late.round()).abs() < WHOLE, late.round(), late)
@@ -114,7 +116,7 @@ def lag() -> Memory:
 
     def run(memory: Tensor, rows: Tensor, dt: float, values: Given) -> tuple[Tensor, Tensor]:
         left, mean = (factor[..., None, :] for factor in kept(values["value"], dt))
-        batch = torch.broadcast_shapes(memory.shape[:-1], rows.shape[:-2], left.shape[:-2])
+        batch = np.broadcast_shapes(memory.shape[:-1], rows.shape[:-2], left.shape[:-2])
         rows = rows.expand(*batch, *rows.shape[-2:])
         first = (memory - rows[..., 0, :]).expand(*batch, rows.shape[-1])
         away = torch.cat([first[..., None, :], rows[..., :-1, :] - rows[..., 1:, :]], dim=-2)
@@ -127,20 +129,35 @@ def lag() -> Memory:
     return Memory(first_row, run)
 
 
-def _passed(memory: Tensor, rule: Callable[..., Tensor], *rows: Tensor) -> Tensor:
-    """Memory before the first row and after every one ``# (..., T + 1, C)``: a recursion that must be short per row."""
-    found = [memory]
-    for row in zip(*(part.unbind(-2) for part in rows), strict=True):
-        found.append(rule(found[-1], *row))
-    return torch.stack(torch.broadcast_tensors(*found), dim=-2)
+def _passed(rule: Callable[..., None], memory: Tensor, *rows: Tensor) -> Tensor:
+    """Memory before the first row and after every one ``# (..., T + 1, C)``: a recursion that takes row by row.
+
+    A row takes as long as its few calls, which are NumPy's: on short rows torch's take several times as long.
+
+    Args:
+        rule: puts what follows (memory, row of each of ``rows``) into its last argument.
+        memory: ``# (..., C)``.
+        rows: ``# (..., T, C)``.
+    """
+    shape = np.broadcast_shapes(memory.shape, *(part[..., 0, :].shape for part in rows))
+    given = [part.movedim(-2, 0).cpu().numpy() for part in rows]
+    found = np.empty((len(given[0]) + 1, *shape), given[0].dtype)
+    found[0] = memory.cpu().numpy()
+    for number, row in enumerate(zip(*given, strict=True)):
+        rule(found[number], *row, found[number + 1])
+    return torch.from_numpy(found).to(memory.device).movedim(0, -2)
 
 
 def rate_limited() -> Memory:
     """A ramp towards a held command, then the command: its mean over the period."""
 
     def run(memory: Tensor, rows: Tensor, dt: float, values: Given) -> tuple[Tensor, Tensor]:
-        most = values["value"] * dt
-        passed = _passed(memory, lambda now, row: now + torch.clamp(row - now, -most, most), rows)
+        most = (values["value"] * dt).cpu().numpy()
+
+        def follow(now: Array, row: Array, after: Array) -> None:
+            np.minimum(np.maximum(row, now - most), now + most, out=after)
+
+        passed = _passed(follow, memory, rows)
         before, after = passed[..., :-1, :], passed[..., 1:, :]
         ramp = torch.clamp((rows - before).abs() / values["value"][..., None, :], max=dt)
         return after[..., -1, :], after - (after - before) * ramp / (2 * dt)
@@ -151,9 +168,12 @@ def rate_limited() -> Memory:
 def play() -> Memory:
     """Hysteresis of a gear with play: the output moves once the command has crossed the play."""
 
+    def follow(now: Array, low: Array, high: Array, after: Array) -> None:
+        np.minimum(np.maximum(now, low), high, out=after)
+
     def run(memory: Tensor, rows: Tensor, dt: float, values: Given) -> tuple[Tensor, Tensor]:
         half = values["value"][..., None, :] / 2
-        after = _passed(memory, torch.clamp, rows - half, rows + half)[..., 1:, :]
+        after = _passed(follow, memory, rows - half, rows + half)[..., 1:, :]
         return after[..., -1, :], after
 
     return Memory(first_row, run)
@@ -180,12 +200,17 @@ def sampled_lag() -> Memory:
 
     def run(memory: Tensor, rows: Tensor, dt: float, values: Given) -> tuple[Tensor, Tensor]:
         left, mean = kept(values["value"], dt)
-        batch = torch.broadcast_shapes(memory.shape[:-1], rows.shape[:-2], left.shape[:-1])
+        batch = np.broadcast_shapes(memory.shape[:-1], rows.shape[:-2], left.shape[:-1])
         rows = rows.expand(*batch, *rows.shape[-2:])
         filtered, before = memory.expand(*batch, memory.shape[-1]).chunk(2, dim=-1)
         earlier = torch.cat([before[..., None, :], rows[..., :-1, :]], dim=-2)
         driven = rows - (rows - earlier) * mean[..., None, :] - earlier * left[..., None, :]
-        after = _passed(filtered, lambda now, row: row + left * now, driven)[..., 1:, :]
+        part = left.cpu().numpy()
+
+        def follow(now: Array, row: Array, after: Array) -> None:
+            np.add(row, part * now, out=after)
+
+        after = _passed(follow, filtered, driven)[..., 1:, :]
         return torch.cat([after[..., -1, :], rows[..., -1, :]], dim=-1), after
 
     return Memory(begin, run)

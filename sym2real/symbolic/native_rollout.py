@@ -2,6 +2,7 @@
 
 import ctypes
 
+import numpy as np
 import torch
 from torch import Tensor
 from torch.nn.functional import pad
@@ -76,7 +77,7 @@ def require_broadcast(*batches: torch.Size) -> torch.Size:
         ShapeError: where they do not.
     """
     try:
-        return torch.Size(torch.broadcast_shapes(*batches))
-    except RuntimeError as error:
+        return torch.Size(np.broadcast_shapes(*batches))
+    except ValueError as error:
         found = ", ".join(str(tuple(batch)) for batch in batches)
         raise ShapeError(f"expected batches that broadcast, found {found}") from error

@@ -141,7 +141,7 @@ class Problem:
         parameters[:, 0, list(library.columns)] = sets
         log, ahead = torch.as_tensor(segments.log)[:, None], torch.as_tensor(segments.ahead())
         commands = self._commands.of(sets)  # (U, logs, T, m), row of each set
-        sent = commands[0][:, log, ahead][commands[1]]
+        sent = commands[0][commands[1][:, None, None], log, ahead]
         known = self._inputs[log, ahead].expand(len(sets), -1, -1, -1)
         start = self._start(segments.start, sets, parameters, moves)
         if library.hidden_start is not None:
@@ -224,7 +224,7 @@ class Problem:
         segments, first = self.segments, self.library.hidden_start
         log = torch.as_tensor(segments.log)[:, None]
         rows = segments.rows_before()
-        sent, known = commands[0][:, log, rows][commands[1]], self._inputs[log, rows]
+        sent, known = commands[0][commands[1][:, None, None], log, rows], self._inputs[log, rows]
         before = self._start(segments.before, sets, parameters, None)
         size = self.library.equations.layouts.state.size - self._visible
         whole = torch.cat([before, before.new_zeros(*before.shape[:-1], size)], dim=-1)

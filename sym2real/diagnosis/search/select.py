@@ -200,8 +200,9 @@ class Selection:
         return self._significant[asked]
 
     def holds(self, effects: EffectSet) -> bool:
-        """Whether every effect of a set is beyond chance."""
-        return all(self.significant(effects.fit, member) for member in effects.chosen)
+        """Whether every effect of a set is beyond chance; those that need a start, and the longest test, come last."""
+        members = sorted(effects.chosen, key=lambda member: member.needs_start)
+        return all(self.significant(effects.fit, member) for member in members)
 
     def at_bound(self, fit: Fit, candidate: Candidate) -> bool:
         """Whether a fit has driven a parameter to the end of what is likely, which is not where the effect is none."""

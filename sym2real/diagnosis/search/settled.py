@@ -10,7 +10,7 @@ intervals, which cover the choice of the effects beside it, gives way to what is
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 
 from sym2real.diagnosis.search.effect_set import EffectSet
 from sym2real.diagnosis.search.intervals import none_within
@@ -36,8 +36,8 @@ def settle(predicted: Predicted) -> Needed:
 def _asked_again(selection: Selection, gone: Collection[str]) -> list[EffectSet]:
     """Sets with one effect more that are cheaper and beyond chance, once others have gone."""
     present = selection.present
-    larger = _standing(selection, selection.larger(present), gone) if gone else []
-    return [one for one in larger if one.price < present.price]
+    cheaper = [larger for larger in selection.larger(present) if larger.price < present.price] if gone else []
+    return [*_standing(selection, cheaper, gone)]
 
 
 def _instead(selection: Selection, gone: Collection[str]) -> EffectSet | None:
@@ -75,9 +75,11 @@ def refuted(selection: Selection, gone: Collection[str] | None = None) -> Place 
 def _in_place(selection: Selection, place: Place, gone: Collection[str]) -> EffectSet:
     """The cheapest of the set without an effect, and with another in its place that has not gone."""
     empty = selection.set_of([member for member in selection.chosen if member is not place.candidate], place.empty)
-    return min([empty, *_standing(selection, place.rivals, gone)], key=lambda effects: effects.price)
+    cheaper = [rival for rival in place.rivals if rival.price < empty.price]
+    return next(_standing(selection, cheaper, gone), empty)
 
 
-def _standing(selection: Selection, sets: Sequence[EffectSet], gone: Collection[str]) -> list[EffectSet]:
-    """Sets whose last effect has not gone, and whose every effect is beyond chance."""
-    return [effects for effects in sets if effects.candidate.name not in gone and selection.holds(effects)]
+def _standing(selection: Selection, sets: Sequence[EffectSet], gone: Collection[str]) -> Iterator[EffectSet]:
+    """Sets whose last effect has not gone, and whose every effect is beyond chance, the cheapest first."""
+    remaining = (effects for effects in sets if effects.candidate.name not in gone)
+    return filter(selection.holds, sorted(remaining, key=lambda effects: effects.price))

@@ -2,16 +2,10 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
-import numpy as np
-import pytest
-
-sys.path.insert(0, str(Path(__file__).parent.parent / "tools" / "bench"))
-
 import log_changes
 import mistakes
+import numpy as np
+import pytest
 from mistakes_list import MISTAKES
 from mistakes_of_joints import JOINTS
 

@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
 from typing import Any
 
-import pytest
-
-sys.path.insert(0, str(Path(__file__).parent.parent / "tools" / "bench"))
-
 import hidden_scores as scores
+import pytest
 
 
 def record(truth: dict[str, dict[str, float]], *found: tuple[str, float], **changes: Any) -> dict[str, Any]:

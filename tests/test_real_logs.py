@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from real_logs import SCORES, TRUTH, Options, bases
+from real_scores import Answer, battery_figures, mean_residual, wind_figures
 
 from sym2real.diagnosis import diagnose
 from sym2real.logs import SPECS, read_logs
-
-sys.path.insert(0, str(Path(__file__).parent.parent / "tools" / "bench"))
-
-from real_logs import SCORES, TRUTH, Options, bases
-from real_scores import Answer, battery_figures, mean_residual, wind_figures
 
 
 def answers(name: str, paths: list[Path]) -> Iterator[Answer]:

@@ -29,7 +29,7 @@ def record(truth: dict[str, dict[str, float]], *found: tuple[str, float], **chan
         "findings": findings,
         "leftover": None,
         "position_error": [1.0, 0.25],
-        "seconds": 2.0,
+        "diagnosing": 2.0,
     }
     return plain | changes
 
@@ -93,13 +93,6 @@ def test_the_interval_of_false_alarms_is_binomial() -> None:
     figures = {one.name: one.value for one in scores.figures([record({}) for _ in range(20)], "crazyflie")}
     assert figures["crazyflie, false alarms in 20 null cases, rate: low"] == 0.0
     assert figures["crazyflie, false alarms in 20 null cases, rate: high"] == pytest.approx(1 - 0.025 ** (1 / 20))
-
-
-def test_the_confusion_table_counts_first_answers() -> None:
-    records = [record(MASS, ("added_mass", 0.005)), record(MASS, ("wind", 0.1)), record({})]
-    table = scores.confusion(records, "crazyflie")
-    assert table["added_mass"] == {"added_mass": 1, "wind": 1}
-    assert table["nothing"] == {"nothing": 1}
 
 
 def test_calibration_counts_intervals_of_lower_levels_and_what_is_left_beside_wrong_findings() -> None:

@@ -1,24 +1,21 @@
 """What the answers of a diagnosis on the standard set are worth: right or wrong, how far off, how sure.
 
-A record is a dictionary as it stands in the results file: what was true, what was found, how long it took.
+A record is a dictionary as it is kept: what was true, what was found, how long it took.
 An answer is right when it is the true effect or a member of its group in ``sym2real.effects.groups``; in flights whose
 heading turns, wind and a tilted mounting are not a group.
 """
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from answers import all_matched, names
+from answers import Record, all_matched, names
 from figures import Figure
 from scipy import stats
 
 from sym2real.effects import same_group
-
-Record = dict[str, Any]
 
 # Of intervals below the quoted 95 %.
 LEVELS = (0.5, 0.8)
@@ -162,7 +159,7 @@ def figures(records: Sequence[Record], robot: str) -> list[Figure]:
         found.append(Figure(f"{name}: the other is named", _share(all_named(one) for one in half), ""))
         found.append(Figure(f"{name}: flagged", _share(flagged(one) for one in half), ""))
     found += calibration(records, robot)
-    seconds = [record["seconds"] for record in records if record["robot"] == robot]
+    seconds = [record["diagnosing"] for record in records if record["robot"] == robot]
     if seconds:
         found.append(Figure(f"{robot}, time: median", float(np.median(seconds)), "s", "<= 30"))
         found.append(Figure(f"{robot}, time: largest", max(seconds), "s"))
@@ -212,13 +209,3 @@ def _nulls(null: Sequence[Record], robot: str) -> list[Figure]:
 
 def _share(flags: Any) -> float:
     return float(np.mean(list(flags)))
-
-
-def confusion(records: Sequence[Record], robot: str) -> dict[str, Counter[str]]:
-    """How often each first finding was given for each truth, single and null cases."""
-    table: dict[str, Counter[str]] = {}
-    for record in (*of_kind(records, robot, "single"), *of_kind(records, robot, "null")):
-        truth = next(iter(record["truth"]), "nothing") + (" (yaw)" if record["yaw"] else "")
-        said = (names(record) or ["nothing" if record["verdict"] == "NOTHING_MISSING" else record["verdict"]])[0]
-        table.setdefault(truth, Counter())[said] += 1
-    return table

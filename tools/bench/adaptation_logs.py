@@ -36,14 +36,17 @@ ASKED = ("sr-nn", "sr-memory", "sr-effect", "sr-effect-memory")
 
 @dataclass(frozen=True)
 class Options:
-    """Predict the last of the car's logs."""
+    """Predict the last of the car's logs.
+
+    Args:
+        seeds: of the networks.
+        counts: only after so many logs; after 1, 2, … by default.
+        json: write the figures to this file (- is standard output).
+    """
 
     seeds: tuple[int, ...] = SEEDS
-    """Of the networks."""
     counts: tuple[int, ...] = ()
-    """Only after so many logs; after 1, 2, … by default."""
     json: Path | None = None
-    """Write the figures to this file (- is standard output)."""
 
 
 def say(text: str) -> None:

@@ -22,7 +22,7 @@ from typing import Any
 import mujoco
 import numpy as np
 import tyro
-from answers import Record, answer_of, first
+from answers import Record, answer_of, error_ahead, first
 from bases import Base, as_read, base_of
 from figures import Figure, report
 from repeated import Asked, Settings, print_table, share
@@ -32,7 +32,7 @@ from sysid_parameters import FREE
 
 from sym2real.cli.found import plain_simulator
 from sym2real.dataset import Dataset
-from sym2real.diagnosis import Diagnosis, compare, diagnose
+from sym2real.diagnosis import Diagnosis, diagnose
 from sym2real.effects import effect, same_group
 from sym2real.errors import MissingDependencyError, ModelError
 from sym2real.experiments.study.sweep import Tell
@@ -192,8 +192,7 @@ def ours(equations: Equations, fit: Sequence[Trajectory], rest: Sequence[Traject
     """A diagnosis, and the position error in m after half a second on other logs of what it leaves."""
     logs, held_out = as_read(equations, Dataset(fit)), as_read(equations, Dataset(rest))
     found = diagnose(equations, logs, plain_simulator(equations))
-    after = compare(found.apply(equations), held_out, (SECONDS,), start="measured").at(SECONDS)
-    return found, float(after.errors["position"].value)
+    return found, error_ahead(found.apply(equations), held_out, SECONDS)
 
 
 def right(record: Record, whose: str) -> bool:

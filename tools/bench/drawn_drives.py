@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from sym2real.dataset import Dataset
 from sym2real.experiments.excitation import ColouredNoise
 from sym2real.plants import run_episode
-from sym2real.protocols import Plant
+from sym2real.protocols import Memoryless, Plant
 from sym2real.robots import ROBOTS
 from sym2real.trajectory import Array
 
@@ -21,7 +21,7 @@ CHANGING, ROWS = 0.6, 400  # s, of the noise; of a run
 
 
 @dataclass
-class Drawn:
+class Drawn(Memoryless):
     """A controller that sends what is drawn.
 
     Args:
@@ -31,12 +31,6 @@ class Drawn:
 
     level: Array
     noise: ColouredNoise
-
-    def reset(self) -> None:
-        """Nothing to forget."""
-
-    def remember(self, sent: ArrayLike) -> None:
-        """What was sent changes nothing."""
 
     def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
         """The next action ``# (action,)``."""

@@ -32,14 +32,17 @@ TESTS = 20
 
 @dataclass(frozen=True)
 class Options:
-    """Compare the search engines."""
+    """Compare the search engines.
+
+    Args:
+        engines: engines to run.
+        counts: numbers of training trajectories.
+        json: write the figures to this file (- is standard output).
+    """
 
     engines: tuple[str, ...] = ("beam", "operon")
-    """Engines to run."""
     counts: tuple[int, ...] = COUNTS
-    """Numbers of training trajectories."""
     json: Path | None = None
-    """Write the figures to this file (- is standard output)."""
 
 
 def cpu_seconds() -> float:

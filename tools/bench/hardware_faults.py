@@ -35,7 +35,7 @@ from hardware.recorder import Recorder
 from hardware.safety import Limits
 from sym2real.control import geometric_controller
 from sym2real.logs.table import read_table
-from sym2real.protocols import Controller
+from sym2real.protocols import Controller, Memoryless
 from sym2real.robots import CRAZYFLIE
 from sym2real.tasks import make_task
 from sym2real.trajectory import Array
@@ -47,13 +47,16 @@ BEFORE, LONGEST = 1.5, 20.0  # s of hover before a fault, and of waiting for wha
 
 @dataclass(frozen=True)
 class Options:
-    """Inject every fault once."""
+    """Inject every fault once.
+
+    Args:
+        json: write the figures to this file (- is standard output).
+    """
 
     json: Path | None = None
-    """Write the figures to this file (- is standard output)."""
 
 
-class Scene:
+class Scene(Memoryless):
     """A hover that something is going to happen to, seen as a controller.
 
     Attributes:
@@ -70,12 +73,6 @@ class Scene:
         """Let it happen, and note when."""
         self.broken = time.monotonic()
         fault.inject(self)
-
-    def reset(self) -> None:
-        """Begin."""
-
-    def remember(self, sent: Array) -> None:
-        """Nothing to note."""
 
     def act(self, state: Array, step: int, inputs: Array | None = None) -> Array:
         """The controller's action, late where that is the fault."""

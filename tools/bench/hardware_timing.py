@@ -36,20 +36,23 @@ RECORD = "flight.parquet"
 
 @dataclass(frozen=True)
 class Options:
-    """Hover by MPPI at 50 Hz, again and again."""
+    """Hover by MPPI at 50 Hz, again and again.
+
+    Args:
+        runs: hovers.
+        seconds: length of each.
+        quick: one hover of 5 s.
+        out: folder that keeps every run.
+        prefix: words before the launch script's command, such as "chrt -r 5" on a machine that others use.
+        json: write the figures to this file (- is standard output).
+    """
 
     runs: int = 20
-    """Hovers."""
     seconds: float = 30.0
-    """Length of each."""
     quick: bool = False
-    """One hover of 5 s."""
     out: Path | None = None
-    """Folder that keeps every run."""
     prefix: str = ""
-    """Words before the launch script's command, such as "chrt -r 5" on a machine that others use."""
     json: Path | None = None
-    """Write the figures to this file (- is standard output)."""
 
 
 def timing(options: Options) -> list[Figure]:

@@ -46,28 +46,32 @@ UNLIKE = ("seconds", "diagnosing", "cpu", "memory")
 
 @dataclass(frozen=True)
 class Options:
-    """Run the diagnosis on the standard set."""
+    """Run the diagnosis on the standard set.
+
+    Args:
+        quick: middle magnitudes, two seeds, twenty null cases a robot.
+        robots: robots to run.
+        only: only questions whose name this regular expression finds.
+        cases: only so many questions, spread evenly over all.
+        jobs: cases that run at the same time, each on one thread.
+        wrench: with the base's wrench inputs; without them effects push approximately, as into equations fitted to
+            logs.
+        control: also fly three effects a robot with MPPI: base, what was found, truth.
+        folder: every answer is kept here. Another version, and a base without wrench, needs another folder.
+        before: folder with the answers of another version.
+        json: write the figures to this file (- is standard output).
+    """
 
     quick: bool = False
-    """Middle magnitudes, two seeds, twenty null cases a robot."""
     robots: tuple[str, ...] = ("crazyflie", "mushr")
-    """Robots to run."""
     only: str = ""
-    """Only questions whose name this regular expression finds."""
     cases: int = 0
-    """Only so many questions, spread evenly over all."""
     jobs: int = 2
-    """Cases that run at the same time, each on one thread."""
     wrench: bool = True
-    """With the base's wrench inputs; without them effects push approximately, as into equations fitted to logs."""
     control: bool = True
-    """Also fly three effects a robot with MPPI: base, what was found, truth."""
     folder: Path = Path("build/bench/hidden_effects")
-    """Every answer is kept here. Another version, and a base without wrench, needs another folder."""
     before: Path | None = None
-    """Folder with the answers of another version."""
     json: Path | None = None
-    """Write the figures to this file (- is standard output)."""
 
 
 def questions(options: Options) -> list[Question]:

@@ -44,13 +44,16 @@ CHANGED: dict[str, tuple[str, str]] = {
 
 @dataclass(frozen=True)
 class Options:
-    """Diagnose the same cases in many disguises."""
+    """Diagnose the same cases in many disguises.
+
+    Args:
+        robots: robots to run.
+        changes: disguises to try; the first answers what all others are held against.
+    """
 
     run: Run = field(default_factory=Settings)
     robots: tuple[str, ...] = ("crazyflie", "mushr")
-    """Robots to run."""
     changes: tuple[str, ...] = tuple(CHANGED)
-    """Disguises to try; the first answers what all others are held against."""
 
 
 def disguised(robot: str, changes: Sequence[str], bases: dict[str, Base], seed: int) -> Asked:

@@ -37,13 +37,16 @@ SETS = ("crazyflie_battery_drag", "crazyflie_two_pennies", "mushr_steering_offse
 
 @dataclass(frozen=True)
 class Options:
-    """Diagnose the measured logs in parts and in disguises."""
+    """Diagnose the measured logs in parts and in disguises.
+
+    Args:
+        data: folder with the sets.
+        sets: those of them in which all logs are of one robot under one condition.
+    """
 
     run: Run = field(default_factory=Settings)
     data: Path = BESIDE
-    """Folder with the sets."""
     sets: tuple[str, ...] = SETS
-    """Those of them in which all logs are of one robot under one condition."""
 
 
 def half(number: int) -> Change:

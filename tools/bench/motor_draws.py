@@ -17,7 +17,7 @@ from functools import partial
 import numpy as np
 import standard_trim
 import tyro
-from answers import Record, all_named, answer_of, named, names, refusal
+from answers import Record, all_named, answer_of, error_ahead, named, names, refusal
 from figures import Figure, report
 from motor_quadrotor import ARM, DT, INERTIA, MASS, ROTOR_THRUST, TORQUE_PER_THRUST, OnMotors, Rotors, estimated, robot
 from repeated import Asked, Run, Settings, print_table, share
@@ -25,7 +25,7 @@ from repeated import Asked, Run, Settings, print_table, share
 from sym2real.control import GeometricQuadrotor
 from sym2real.control.geometric_quadrotor import Gains
 from sym2real.dataset import Dataset
-from sym2real.diagnosis import ROWS, compare, diagnose
+from sym2real.diagnosis import ROWS, diagnose
 from sym2real.effects import EFFECTS, effect
 from sym2real.errors import Sym2RealError
 from sym2real.experiments.excitation import ColouredNoise, RandomRates
@@ -52,11 +52,14 @@ REACTION, ROTOR_INERTIA = "rotor_reaction", (2e-9, 6e-9)
 
 @dataclass(frozen=True)
 class Options:
-    """Fly by motors, with a model that is wrong by up to 50 times."""
+    """Fly by motors, with a model that is wrong by up to 50 times.
+
+    Args:
+        flights: flights of each of the three kinds.
+    """
 
     run: Run = field(default_factory=Settings)
     flights: int = 4
-    """Flights of each of the three kinds."""
 
 
 @dataclass(frozen=True)
@@ -149,18 +152,14 @@ def answer(seed: int, flights: int, tell: Tell) -> Record:
     fourth = draw.flown(FOURTH, len(KINDS) * flights)
     truth = {**draw.effects, REACTION: {"value": draw.rotor_inertia}, "inertia": draw.inertia, "drag": draw.drag}
     tell("diagnosing")
-    known = {"truth": truth, "mujoco": draw.error_of_mujoco(fourth), "before": _error(draw.analysts, fourth)}
+    before = error_ahead(draw.analysts, fourth, AHEAD)
+    known = {"truth": truth, "mujoco": draw.error_of_mujoco(fourth), "before": before}
     try:
         found = diagnose(draw.analysts, data)
-        after = _error(found.apply(draw.analysts), fourth)
+        after = error_ahead(found.apply(draw.analysts), fourth, AHEAD)
     except Sym2RealError as error:
-        return {**known, "answer": refusal(error), "after": known["before"]}
+        return {**known, "answer": refusal(error), "after": before}
     return {**known, "answer": answer_of(found), "after": after}
-
-
-def _error(equations: Equations, log: Trajectory) -> float:
-    """Position error in m after :data:`AHEAD` s from measured starts."""
-    return float(compare(equations, log, (AHEAD,), start="measured").at(AHEAD).errors["position"].value)
 
 
 def figures(records: Sequence[Record]) -> list[Figure]:

@@ -34,26 +34,29 @@ BUDGET = 3.0  # s a round may take of the slow ones
 
 @dataclass(frozen=True)
 class Options:
-    """Compare MPPI with other libraries."""
+    """Compare MPPI with other libraries.
+
+    Args:
+        equations: the fixed equations.
+        robots: robots of that file.
+        samples: numbers of samples; by default 256 to 16384, or 1024 to 1048576 on another device than the processor.
+        device: where to plan; on another than the processor the kernel and torch are timed, and nothing else.
+        rounds: rounds, in each of which every contestant runs at least once.
+        seconds: length of each control loop.
+        quick: 1024 samples, few rounds, short loops.
+        live: control loops and first calls.
+        json: write the figures to this file (- is standard output).
+    """
 
     equations: Path = Path("../shared/reference_equations.json")
-    """The fixed equations."""
     robots: tuple[str, ...] = ("crazyflie", "mushr")
-    """Robots of that file."""
     samples: tuple[int, ...] = ()
-    """Numbers of samples; by default 256 to 16384, or 1024 to 1048576 on another device than the processor."""
     device: str = "cpu"
-    """Where to plan; on another than the processor the kernel and torch are timed, and nothing else."""
     rounds: int = 40
-    """Rounds, in each of which every contestant runs at least once."""
     seconds: float = 60.0
-    """Length of each control loop."""
     quick: bool = False
-    """1024 samples, few rounds, short loops."""
     live: bool = True
-    """Control loops and first calls."""
     json: Path | None = None
-    """Write the figures to this file (- is standard output)."""
 
 
 def run(found: list[Contestant], rounds: int) -> None:

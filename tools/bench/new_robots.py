@@ -40,11 +40,14 @@ Tasks = Sequence[tuple[str, Mapping[str, Any]]]
 
 @dataclass(frozen=True)
 class Options:
-    """Hidden effects of robots that are one file each; ten cases are five hidden effects and ten healthy robots."""
+    """Hidden effects of robots that are one file each; ten cases are five hidden effects and ten healthy robots.
+
+    Args:
+        robots: which ones.
+    """
 
     run: Run = field(default_factory=Settings)
     robots: tuple[str, ...] = ("hexarotor", "cart_pole", "differential_drive", "arm")
-    """Which ones."""
 
 
 def _posture(side: float) -> Mapping[str, Any]:

@@ -42,11 +42,14 @@ OF_DAMAGE = re.compile("lost|missing|gap|repeat|stale|duplicate|froze", re.IGNOR
 
 @dataclass(frozen=True)
 class Options:
-    """Diagnose logs with nothing to find."""
+    """Diagnose logs with nothing to find.
+
+    Args:
+        robots: robots to run.
+    """
 
     run: Run = field(default_factory=Settings)
     robots: tuple[str, ...] = ("crazyflie", "mushr")
-    """Robots to run."""
 
 
 def with_lost_rows(data: Dataset, rng: np.random.Generator) -> Dataset:

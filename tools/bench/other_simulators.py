@@ -160,14 +160,17 @@ BULLET: dict[str, tuple[Hexarotor, Truth]] = {
 
 @dataclass(frozen=True)
 class Options:
-    """Diagnose runs of other people's simulators."""
+    """Diagnose runs of other people's simulators.
+
+    Args:
+        cases: cases to run; all by default.
+        seed: of noise, dither and phases.
+        json: write the figures to this file (- is standard output).
+    """
 
     cases: tuple[str, ...] = ()
-    """Cases to run; all by default."""
     seed: int = 7
-    """Of noise, dither and phases."""
     json: Path | None = None
-    """Write the figures to this file (- is standard output)."""
 
 
 @dataclass(frozen=True)

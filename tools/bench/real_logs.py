@@ -66,14 +66,17 @@ SCORES = {
 
 @dataclass(frozen=True)
 class Options:
-    """Diagnose the measured logs."""
+    """Diagnose the measured logs.
+
+    Args:
+        data: folder with the sets.
+        sets: sets to diagnose.
+        json: write the figures to this file (- is standard output).
+    """
 
     data: Path = Path(os.environ.get("SYM2REAL_DATA", BESIDE))
-    """Folder with the sets."""
     sets: tuple[str, ...] = tuple(TRUTH)
-    """Sets to diagnose."""
     json: Path | None = None
-    """Write the figures to this file (- is standard output)."""
 
 
 def bases(name: str, logs: list[Path]) -> Iterator[tuple[str, Equations, MujocoPlant | None]]:

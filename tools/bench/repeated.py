@@ -48,20 +48,24 @@ class Asked:
 
 @dataclass(frozen=True)
 class Settings:
-    """How much is run, and where answers stay."""
+    """How much is run, and where answers stay.
+
+    Args:
+        cases: cases, of each robot where there are two; one seed each.
+        seeds: these seeds instead, one case each.
+        sealed: take the seeds of the final run, which nothing was tuned on.
+        jobs: cases that run at the same time, each on one thread.
+        folder: every answer is kept here, by bench; a run that was stopped goes on. Another version needs another
+            folder.
+        json: write the figures to this file (- is standard output).
+    """
 
     cases: int = 4
-    """Cases, of each robot where there are two; one seed each."""
     seeds: tuple[int, ...] = ()
-    """These seeds instead, one case each."""
     sealed: bool = False
-    """Take the seeds of the final run, which nothing was tuned on."""
     jobs: int = 1
-    """Cases that run at the same time, each on one thread."""
     folder: Path = Path("build/bench")
-    """Every answer is kept here, by bench; a run that was stopped goes on. Another version needs another folder."""
     json: Path | None = None
-    """Write the figures to this file (- is standard output)."""
 
     def seeds_of(self, bench: str) -> list[int]:
         """A seed per case."""

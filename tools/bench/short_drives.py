@@ -21,7 +21,7 @@ from sym2real.experiments import standard_conditions as conditions
 from sym2real.experiments.excitation import unlimited
 from sym2real.experiments.planned import usual_noise
 from sym2real.plants import MujocoPlant, run_episode
-from sym2real.protocols import Change
+from sym2real.protocols import Change, Memoryless
 from sym2real.robots import MUSHR, Robot, car
 from sym2real.robots.mushr import WHEELBASE
 from sym2real.trajectory import Array
@@ -53,7 +53,7 @@ def at_rate(rate: float) -> Robot:
 
 
 @dataclass
-class Steps:
+class Steps(Memoryless):
     """Steering and speed that jump to drawn values and stay there for a while, whatever the car does.
 
     Args:
@@ -67,9 +67,6 @@ class Steps:
     def reset(self) -> None:
         """The next step draws anew."""
         self._until, self._held = -1, np.zeros(2)
-
-    def remember(self, sent: ArrayLike) -> None:
-        """What was sent changes nothing."""
 
     def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
         """Steering and speed ``# (2,)``."""

@@ -34,11 +34,14 @@ BENCH = "standard answers"
 
 @dataclass(frozen=True)
 class Options:
-    """Ask on after a diagnosis."""
+    """Ask on after a diagnosis.
+
+    Args:
+        robots: robots to run.
+    """
 
     run: Run = field(default_factory=Settings)
     robots: tuple[str, ...] = ("crazyflie", "mushr")
-    """Robots to run."""
 
 
 def followed(base: Base, case: Case, more: tuple[str, dict[str, float]]) -> Asked:

@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import torch
 import tyro
+from answers import error_ahead
 from figures import Figure, report
 
 from sym2real.adaptation.fine_tuning import FineTuning
@@ -27,7 +27,6 @@ from sym2real.experiments.standard_conditions import sensors
 from sym2real.neural import Composed, ResidualTraining
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
-from sym2real.symbolic import compile_model, rollout
 from sym2real.tasks import make_task
 from sym2real.trajectory import Trajectory
 
@@ -42,12 +41,15 @@ CASES: tuple[tuple[Robot, str, dict[str, float], str, str, float], ...] = (
 
 @dataclass(frozen=True)
 class Options:
-    """Time the training of a residual, and score it."""
+    """Time the training of a residual, and score it.
+
+    Args:
+        seed: of starts, noise and training.
+        json: write the figures to this file (- is standard output).
+    """
 
     seed: int = 0
-    """Of starts, noise and training."""
     json: Path | None = None
-    """Write the figures to this file (- is standard output)."""
 
 
 def flown(robot: Robot, changes: tuple[Any, ...], task: str, seed: int) -> Trajectory:
@@ -57,26 +59,13 @@ def flown(robot: Robot, changes: tuple[Any, ...], task: str, seed: int) -> Traje
     return run_episode(MujocoPlant(robot, changes), controller, wanted, seed=seed, steps=ROWS + 1)
 
 
-@torch.no_grad()
-def error_of(model: Any, log: Trajectory, seconds: float) -> float:
-    """Root mean square of position errors at the end of windows from every third row, in m."""
-    steps = round(seconds / log.dt)
-    state, action = (torch.tensor(values).float() for values in (log.state, log.action))
-    starts = torch.arange(0, len(log) - steps, 3)
-    actions = torch.stack([action[starts + step] for step in range(steps)], dim=1)
-    wrong = (rollout(model, state[starts], actions)[:, -1] - state[starts + steps])[
-        :, log.layouts.state.slice("position")
-    ]
-    return float(wrong.square().sum(-1).mean().sqrt())
-
-
 def main(options: Options) -> None:
     """Measure every case."""
     figures = []
     for robot, key, values, task, test, seconds in CASES:
         change, base = effect(key, robot).inject(**values), robot.nominal()
         other = flown(robot, (change,), test, options.seed + 1)
-        alone = error_of(compile_model(base), other, seconds)
+        alone = error_ahead(base, other, seconds)
         for noisy in (False, True):
             kind = "noisy" if noisy else "exact"
             noise = (sensors(robot, np.random.default_rng(options.seed)),) if noisy else ()
@@ -87,9 +76,11 @@ def main(options: Options) -> None:
                 spent = time.process_time() - began
                 name = f"{robot.name}, {key}, {kind} log, loss over {steps}"
                 figures.append(Figure(f"{name}: training", spent, "s of one processor", BAR))
-                figures.append(Figure(f"{name}: error over the base's", error_of(model, other, seconds) / alone, "1"))
+                figures.append(
+                    Figure(f"{name}: error over the base's", error_ahead(model, other, seconds) / alone, "1")
+                )
             tuned, name = FineTuning(seed=options.seed).fit(rows, base), f"{robot.name}, {key}, {kind} log, fine-tuned"
-            left = error_of(compile_model(tuned), other, seconds) / alone
+            left = error_ahead(tuned, other, seconds) / alone
             figures.append(Figure(f"{name}: error over the base's", left, "1"))
     report("Training of a residual on 400 rows", figures, [options.seed], options.json)
 

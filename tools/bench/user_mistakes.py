@@ -40,13 +40,16 @@ RUNS = 4
 
 @dataclass(frozen=True)
 class Options:
-    """Make mistakes in healthy logs."""
+    """Make mistakes in healthy logs.
+
+    Args:
+        robots: robots to run.
+        only: only these mistakes, by name.
+    """
 
     run: Run = field(default_factory=Settings)
     robots: tuple[str, ...] = ("crazyflie", "mushr")
-    """Robots to run."""
     only: tuple[str, ...] = ()
-    """Only these mistakes, by name."""
 
 
 def made(base: Base, mistake: str, seed: int) -> Asked:

@@ -11,7 +11,6 @@ from sym2real.adaptation.improvement import Improvement as Improvement
 from sym2real.adaptation.improvement import improvement as improvement
 from sym2real.adaptation.progress import Progress as Progress
 from sym2real.adaptation.round_report import RoundReport as RoundReport
-from sym2real.adaptation.round_report import settled as settled
 from sym2real.adaptation.stage_one import BaseModel as BaseModel
 from sym2real.adaptation.stage_one import StageOne as StageOne
 from sym2real.adaptation.stage_one import learn_base as learn_base

@@ -5,7 +5,6 @@ from sym2real.control.flown_model import mppi_controller as mppi_controller
 from sym2real.control.geometric import Disturbed as Disturbed
 from sym2real.control.geometric import geometric_controller as geometric_controller
 from sym2real.control.geometric_quadrotor import GeometricQuadrotor as GeometricQuadrotor
-from sym2real.control.linear_quadratic import LinearQuadratic as LinearQuadratic
 from sym2real.control.mppi import MPPI as MPPI
 from sym2real.control.plan import Plan as Plan
 from sym2real.control.pure_pursuit import PurePursuit as PurePursuit

@@ -10,7 +10,6 @@ from sym2real.symbolic.complexity import complexity as complexity
 from sym2real.symbolic.equations import Equations as Equations
 from sym2real.symbolic.exporting import EXPORTS as EXPORTS
 from sym2real.symbolic.exporting import export as export
-from sym2real.symbolic.exporting import exported_program as exported_program
 from sym2real.symbolic.expressions import symbol as symbol
 from sym2real.symbolic.expressions import text as text
 from sym2real.symbolic.horner import factor_horner as factor_horner

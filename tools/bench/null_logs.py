@@ -19,6 +19,7 @@ import tyro
 from answers import REFUSED, Record, names
 from bases import Base, base_of, diagnosed
 from figures import Figure, report
+from log_changes import taken
 from repeated import Asked, Run, Settings, print_table, share
 from standard_set import Case, simulate_case
 
@@ -54,7 +55,7 @@ class Options:
 
 def with_lost_rows(data: Dataset, rng: np.random.Generator) -> Dataset:
     """Rows that never arrived, up to :data:`LONGEST` in a row; stamps tell."""
-    return Dataset(_rows(log, ~_runs(len(log), rng)) for log in data)
+    return Dataset(taken(log, ~_runs(len(log), rng)) for log in data)
 
 
 def _runs(rows: int, rng: np.random.Generator) -> np.ndarray:
@@ -63,11 +64,6 @@ def _runs(rows: int, rng: np.random.Generator) -> np.ndarray:
         lost[start : start + int(rng.integers(1, LONGEST + 1))] = True
     lost[[0, -1]] = False
     return lost
-
-
-def _rows(log: Trajectory, kept: np.ndarray) -> Trajectory:
-    parts = {name: getattr(log, name)[kept] for name in ("time", "state", "action", "inputs")}
-    return replace(log, **parts, extra={name: values[kept] for name, values in log.extra.items()})
 
 
 def with_stale_rows(data: Dataset, rng: np.random.Generator) -> Dataset:

@@ -15,14 +15,14 @@ import json
 import re
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import tyro
 from answers import Record, first
-from bases import Base, base_of
+from bases import base_of
 from figures import Figure, report
 from hidden_control import control_figures
 from hidden_question import Question
@@ -32,9 +32,6 @@ from standard_cases import standard_cases
 
 from sym2real.effects import equivalents
 from sym2real.experiments.study.sweep import answer_file
-from sym2real.layout import Layout
-from sym2real.symbolic import Equations
-from sym2real.vocabulary import WRENCH
 
 # Of a robot's cases without an effect so many are asked with each seed of those with one.
 NULLS_A_ROUND = 25
@@ -54,10 +51,8 @@ class Options:
         only: only questions whose name this regular expression finds.
         cases: only so many questions, spread evenly over all.
         jobs: cases that run at the same time, each on one thread.
-        wrench: with the base's wrench inputs; without them effects push approximately, as into equations fitted to
-            logs.
         control: also fly three effects a robot with MPPI: base, what was found, truth.
-        folder: every answer is kept here. Another version, and a base without wrench, needs another folder.
+        folder: every answer is kept here. Another version needs another folder.
         before: folder with the answers of another version.
         json: write the figures to this file (- is standard output).
     """
@@ -67,7 +62,6 @@ class Options:
     only: str = ""
     cases: int = 0
     jobs: int = 2
-    wrench: bool = True
     control: bool = True
     folder: Path = Path("build/bench/hidden_effects")
     before: Path | None = None
@@ -91,21 +85,6 @@ def questions(options: Options) -> list[Question]:
     wanted = [one for one in ordered if re.search(options.only, one.title)]
     places = np.linspace(0, len(wanted) - 1, min(options.cases or len(wanted), len(wanted))).round().astype(int)
     return [wanted[place] for place in np.unique(places)]
-
-
-def bases_of(options: Options) -> dict[str, Base]:
-    """The learned ones: three episodes of Stage I for the quadrotor, five drives for the car, and pushed runs."""
-    bases = {robot: base_of(robot, "simulator", options.folder) for robot in options.robots}
-    return bases if options.wrench else {robot: without_wrench(base) for robot, base in bases.items()}
-
-
-def without_wrench(base: Base) -> Base:
-    """The same motion where nothing pushes, in equations that no push can enter."""
-    equations = base.equations
-    names = [name for name in equations.layouts.inputs if name in WRENCH]
-    inputs = Layout.of([name for name in equations.layouts.inputs if name not in WRENCH])
-    changed: Equations = equations.substitute(dict.fromkeys(names, 0.0))
-    return replace(base, text=replace(changed, layouts=replace(equations.layouts, inputs=inputs)).to_json())
 
 
 def differences(one: Any, other: Any, place: str = "") -> Iterator[tuple[str, float]]:
@@ -132,7 +111,7 @@ def changed(record: Record, name: str, before: Path | None) -> str:
 
 def main(options: Options) -> None:
     """Ask, print, write."""
-    bases = bases_of(options)
+    bases = {robot: base_of(robot, "simulator", options.folder) for robot in options.robots}
     jobs = [question.job(bases[question.case.robot]) for question in questions(options)]
     records = answers_of(jobs, options.folder, options.jobs)
     said = (

@@ -8,7 +8,6 @@ diagnosis has no seed; networks have several.
 
 from __future__ import annotations
 
-import os
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -18,6 +17,7 @@ import numpy as np
 import torch
 import tyro
 from figures import Figure, report
+from real_logs import DATA
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import compare
@@ -29,7 +29,6 @@ from sym2real.neural.model_folder import Model
 from sym2real.robots import MUSHR
 from sym2real.symbolic import Equations
 
-BESIDE = Path(__file__).resolve().parents[3] / "shared" / "data"
 FOLDER, HORIZON, SEEDS = "mushr_steering_offset", 1.0, (1, 2, 3)
 ASKED = ("sr-nn", "sr-memory", "sr-effect", "sr-effect-memory")
 
@@ -56,7 +55,7 @@ def say(text: str) -> None:
 
 def log_figures(seeds: Sequence[int] = SEEDS, counts: Sequence[int] = ()) -> list[Figure]:
     """A figure per contestant and number of logs; none, and why, without the logs."""
-    folder = Path(os.environ.get("SYM2REAL_DATA", BESIDE)) / FOLDER
+    folder = DATA / FOLDER
     paths = sorted(folder.glob("*.csv"))
     if len(paths) < 2:
         say(f"MuSHR logs left out: no logs in {folder} (SYM2REAL_DATA names the folder that holds {FOLDER})")

@@ -18,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 import tyro
-from answers import Record, first, same_first
+from answers import Record, first, stands_for
 from bases import HEALTHY_SEED, Base, Kind, as_read, base_of, calibrated, diagnosed
 from figures import Figure, report
 from repeated import Asked, Settings, print_table, share
@@ -102,8 +102,8 @@ def answer(case: Case, bases: tuple[Base, ...], tell: Tell) -> Record:
 
 def named_first(record: Record, kind: str) -> bool:
     """Whether the first finding against a base stands for the truth."""
-    truth = {"findings": [{"effect": record["truth"]}], "verdict": "EFFECT"}
-    return bool(record["answers"][kind]["findings"]) and same_first(record["answers"][kind], truth)
+    findings = record["answers"][kind]["findings"]
+    return bool(findings) and stands_for(findings[0], record["truth"])
 
 
 def figures(records: Sequence[Record]) -> list[Figure]:

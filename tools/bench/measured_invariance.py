@@ -22,7 +22,7 @@ import tyro
 from answers import Record, answer_of, named, refusal, stands_for, within_both
 from figures import Figure, report
 from log_changes import CHANGES, Change, drawn_turn
-from real_logs import BESIDE, bases
+from real_logs import DATA, bases
 from repeated import Asked, Run, Settings, print_table, share
 
 from sym2real.dataset import Dataset
@@ -45,7 +45,7 @@ class Options:
     """
 
     run: Run = field(default_factory=Settings)
-    data: Path = BESIDE
+    data: Path = DATA
     sets: tuple[str, ...] = SETS
 
 

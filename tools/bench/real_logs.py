@@ -32,7 +32,7 @@ from sym2real.report.diagnosis import diagnosis_report
 from sym2real.robots import ROBOTS, car, quadrotor
 from sym2real.symbolic import Equations
 
-BESIDE = Path(__file__).resolve().parents[3] / "shared" / "data"
+DATA = Path(os.environ.get("SYM2REAL_DATA", Path(__file__).resolve().parents[3] / "shared" / "data"))
 WHEELBASE = 0.2955  # m, FACTS of the robot
 SCORES = {
     "crazyflie_two_pennies": penny_figures,
@@ -52,7 +52,7 @@ class Options:
         json: write the figures to this file (- is standard output).
     """
 
-    data: Path = Path(os.environ.get("SYM2REAL_DATA", BESIDE))
+    data: Path = DATA
     sets: tuple[str, ...] = tuple(SCORES)
     json: Path | None = None
 

@@ -15,7 +15,7 @@ from functools import partial
 
 import numpy as np
 import tyro
-from answers import Record, named, names, stands_for
+from answers import Record, named, names
 from bases import Base, base_of, diagnosed
 from figures import Figure, report
 from null_logs import alarm
@@ -100,24 +100,20 @@ def chosen(options: Options, robot: str) -> Iterator[tuple[Case, tuple[str, dict
         yield case, (key, dict(values))
 
 
-def consistent(record: Record) -> bool:
-    """Whether ``diagnose`` names an effect that ``add --fit`` supports with no rival as good."""
-    return named(record["answer"], record["truth"])
-
-
-def adds_it(record: Record) -> bool:
-    """Whether what is found further stands for the effect that came in addition."""
-    return any(stands_for(one, record["more"]) for one in record["further"]["findings"])
-
-
 def figures(records: Sequence[Record]) -> list[Figure]:
     """One per bar."""
     alone = [one for one in records if one["fit"]["supported"] and not one["fit"]["alike"]]
+    quiet = (not alarm(one["again"]) for one in records)
+    further = (named(one["further"], one["more"]) for one in records)
     return [
         *share("add X --fit of the true effect: supported", (one["fit"]["supported"] for one in records), ">= 0.95"),
-        *share("supported and nothing as good: diagnose names it or its group", map(consistent, alone), ">= 1"),
-        *share("the found model, again: nothing new", (not alarm(one["again"]) for one in records), ">= 0.95"),
-        *share("the found model, one more effect: that one named", map(adds_it, records), ">= 0.90"),
+        *share(
+            "supported and nothing as good: diagnose names it or its group",
+            (named(one["answer"], one["truth"]) for one in alone),
+            ">= 1",
+        ),
+        *share("the found model, again: nothing new", quiet, ">= 0.95"),
+        *share("the found model, one more effect: that one named", further, ">= 0.90"),
     ]
 
 

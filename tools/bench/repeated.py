@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 import tyro
 from answers import Record
 from figures import Figure
@@ -123,3 +124,13 @@ def share(name: str, flags: Iterable[bool], bar: str = "") -> list[Figure]:
     interval = stats.binomtest(true, len(counted)).proportion_ci(0.95, method="wilson")
     said = f"{name}: {true} of {len(counted)} (95 %: {interval.low:.2f} to {interval.high:.2f})"
     return [Figure(said, true / len(counted), "", bar)]
+
+
+def spread(name: str, values: Sequence[float], unit: str = "", bar: str = "") -> list[Figure]:
+    """The median, which has a bar, and the 90th percentile; no figures of nothing."""
+    if not values:
+        return []
+    return [
+        Figure(f"{name}: median of {len(values)}", float(np.median(values)), unit, bar),
+        Figure(f"{name}: p90", float(np.quantile(values, 0.9)), unit),
+    ]

@@ -14,6 +14,7 @@ import pytest
 import torch
 from adaptation_runs import NARROW, SMALL, adapted_to_wind, windy
 from forked import in_fork
+from tracked import episode
 
 from sym2real.adaptation import Adaptation, Adapting, Improvement, adapt, improvement
 from sym2real.adaptation.episode_report import episode_cost
@@ -22,7 +23,7 @@ from sym2real.adaptation.progress import silent
 from sym2real.adaptation.round_report import Learned, RoundReport, best_of, settled
 from sym2real.adaptation.rounds import Rounds
 from sym2real.adaptation.training import Training
-from sym2real.control import RandomCommands, geometric_controller
+from sym2real.control import RandomCommands
 from sym2real.dataset import Dataset, Transitions
 from sym2real.diagnosis import add
 from sym2real.effects import compose, effect
@@ -188,9 +189,7 @@ class WorseThenWild:
 
 
 def test_where_a_model_must_not_fly_the_best_one_does_and_not_the_one_before() -> None:
-    task = make_task("circle", CRAZYFLIE)
-    controller = geometric_controller(CRAZYFLIE, task.reference)
-    logs = [Dataset([run_episode(MujocoPlant(CRAZYFLIE), controller, task, seed=seed, steps=200)]) for seed in range(3)]
+    logs = [Dataset([episode(MujocoPlant(CRAZYFLIE), seed=seed)]) for seed in range(3)]
     found = adapt(CRAZYFLIE.nominal(), logs, None, WorseThenWild(), Adapting(rounds=2), robot=CRAZYFLIE)
     assert found.reports[1].gain.value < 0.0
     assert "not finite" in found.reports[2].learned.refused
@@ -210,9 +209,7 @@ def test_a_log_too_short_to_learn_from_ends_nothing() -> None:
 
 def recordings(count: int) -> list[Dataset]:
     """Circles in the wind, flown by a controller that needs no model."""
-    task = make_task("circle", CRAZYFLIE)
-    controller = geometric_controller(CRAZYFLIE, task.reference)
-    return [Dataset([run_episode(windy(), controller, task, steps=220, seed=k, name=f"f{k}")]) for k in range(count)]
+    return [Dataset([episode(windy(), steps=220, seed=k, name=f"f{k}")]) for k in range(count)]
 
 
 def test_recordings_take_the_place_of_flights(tmp_path: Path) -> None:
@@ -417,8 +414,7 @@ def test_the_true_equations_predict_what_is_measured_through_their_sensors() -> 
     keys: dict[str, dict[str, float]] = {"mounting_tilt": {"roll": 0.05, "pitch": -0.03}, "delay": {"value": 0.04}}
     plant = MujocoPlant(CRAZYFLIE, [effect(key, CRAZYFLIE).inject(**values) for key, values in keys.items()])
     informed = compose(plain, [(effect(key, plain), values) for key, values in keys.items()])
-    task = make_task("circle", CRAZYFLIE)
-    log = run_episode(plant, geometric_controller(CRAZYFLIE, task.reference), task, steps=200)
+    task, log = make_task("circle", CRAZYFLIE), episode(plant)
     assert one_step_error(informed, [log]) < 0.1 * one_step_error(plain, [log])
     assert horizon_errors(informed, [log], 20).mean() < 0.1 * horizon_errors(plain, [log], 20).mean()
     assert episode_cost(log, task, CRAZYFLIE, 400) > episode_cost(log, task, CRAZYFLIE, 200)

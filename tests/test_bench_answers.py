@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
 from typing import Any
 
+import answers
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent.parent / "tools" / "bench"))
-
-import answers
 from invariance import CHANGED, PLAIN, figures
 from mistakes_list import MISTAKES
 from repeated import DEVELOPMENT, Settings, share

@@ -1,15 +1,9 @@
 """What benches do to logs: changes that a diagnosis must not notice, and mistakes that it must."""
 
-import sys
-from pathlib import Path
-
-import numpy as np
-import pytest
-
-sys.path.insert(0, str(Path(__file__).parent.parent / "tools" / "bench"))
-
 import log_changes
 import mistakes
+import numpy as np
+import pytest
 from mistakes_list import MISTAKES
 from mistakes_of_joints import JOINTS
 

@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from functools import partial
-from pathlib import Path
-
-import numpy as np
-import pytest
-
-sys.path.insert(0, str(Path(__file__).parent.parent / "tools" / "bench"))
 
 import mujoco
 import null_logs
+import numpy as np
+import pytest
 from motor_draws import Draw
 from motor_quadrotor import Rotors, robot
 from short_drives import at_rate, drives

@@ -2,13 +2,7 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 from test_experiments_flights import forward_speed, quadrotor_spread
-
-sys.path.insert(0, str(Path(__file__).parent.parent / "tools" / "bench"))
-
 from wild_flights import reverse_drives, wild_drives, wild_flights
 
 from sym2real.dataset import Dataset

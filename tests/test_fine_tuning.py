@@ -5,31 +5,27 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import torch
+from tracked import tracked
 
 from sym2real.adaptation.fine_tuning import FineTuning
-from sym2real.control import geometric_controller
-from sym2real.dataset import Dataset, Transitions
+from sym2real.dataset import Transitions
 from sym2real.effects import effect
 from sym2real.errors import ModelError, ShapeError
 from sym2real.experiments.standard_conditions import sensors
 from sym2real.neural import Ensemble
 from sym2real.neural.leftover import errors_by_parameters, leftover
-from sym2real.plants import EquationsPlant, MujocoPlant, run_episode
-from sym2real.protocols import Change, Plant
+from sym2real.plants import EquationsPlant, MujocoPlant
+from sym2real.protocols import Change
 from sym2real.robots import CRAZYFLIE, MUSHR
 from sym2real.symbolic import Equations, compile_model, lift_constants, rollout
-from sym2real.tasks import make_task
 
 HEAVY = effect("added_mass", CRAZYFLIE).inject(value=0.259 * CRAZYFLIE.numbers["mass"])
 NOISE = sensors(CRAZYFLIE, np.random.default_rng(2))
 STEPS = 20
 
 
-def flown(*changes: Change, task: str = "circle", plant: Plant | None = None, rows: int = 300) -> Transitions:
-    wanted = make_task(task, CRAZYFLIE)
-    controller = geometric_controller(CRAZYFLIE, wanted.reference)
-    plant = plant or MujocoPlant(CRAZYFLIE, changes)
-    return Dataset([run_episode(plant, controller, wanted, seed=0, steps=rows + 1)]).transitions()
+def flown(*changes: Change, task: str = "circle", rows: int = 300) -> Transitions:
+    return tracked(MujocoPlant(CRAZYFLIE, changes), task, rows=rows)
 
 
 def position_error(model: Equations, transitions: Transitions) -> float:
@@ -63,7 +59,7 @@ def test_a_mass_of_mujocos_is_found_in_the_constants(base: Equations) -> None:
 
 def test_a_right_base_stays(base: Equations) -> None:
     """The log is the base's own: exactly as it is, and seen by noisy sensors within what their noise does."""
-    right = flown(plant=EquationsPlant(base, CRAZYFLIE))
+    right = tracked(EquationsPlant(base, CRAZYFLIE), rows=300)
     assert FineTuning().fit(right, base) is base
     noisy = flown(NOISE)
     model = FineTuning().fit(noisy, base)

@@ -5,19 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
+from tracked import tracked
 
-from sym2real.control import geometric_controller
-from sym2real.dataset import Dataset, Transitions
+from sym2real.dataset import Transitions
 from sym2real.effects import effect
 from sym2real.layout import Layout, Layouts
 from sym2real.neural import Composed, Descent, Ensemble, ResidualMLP, ResidualTraining
 from sym2real.neural.cyclic import cyclic_coordinates
 from sym2real.neural.networks import Networks
 from sym2real.neural.normal import Normal
-from sym2real.plants import MujocoPlant, run_episode
+from sym2real.plants import MujocoPlant
 from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, Robot
 from sym2real.symbolic import symbol
-from sym2real.tasks import make_task
 
 SHORT = ResidualTraining(widths=(16,), steps=5, descent=Descent(steps=100))
 SHIFT = (6.0, -3.0)  # m, along x and y
@@ -26,10 +25,7 @@ CHANGES = {CRAZYFLIE: ("added_mass", 0.007), MUSHR: ("offset:steer", 0.1)}
 
 def logged(robot: Robot, rows: int = 200) -> Transitions:
     key, value = CHANGES[robot]
-    task = make_task("circle", robot)
-    plant = MujocoPlant(robot, (effect(key, robot).inject(value=value),))
-    controller = geometric_controller(robot, task.reference)
-    return Dataset([run_episode(plant, controller, task, seed=1, steps=rows + 1)]).transitions()
+    return tracked(MujocoPlant(robot, (effect(key, robot).inject(value=value),)), rows=rows, seed=1)
 
 
 def elsewhere(states: np.ndarray) -> np.ndarray:

@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
+from tracked import tracked
 
 from sym2real.adaptation.fine_tuning import FineTuning
-from sym2real.control import RandomCommands, geometric_controller
+from sym2real.control import RandomCommands
 from sym2real.dataset import Dataset, Transitions
 from sym2real.diagnosis import add
 from sym2real.effects import effect
@@ -25,28 +26,20 @@ from sym2real.neural.networks import Networks
 from sym2real.neural.normal import Normal
 from sym2real.neural.stacking import shares
 from sym2real.plants import EquationsPlant, MujocoPlant, run_episode
-from sym2real.protocols import Plant
-from sym2real.robots import CRAZYFLIE, MUSHR, Robot
+from sym2real.robots import CRAZYFLIE, MUSHR
 from sym2real.symbolic import Equations, compile_model, rollout
-from sym2real.tasks import make_task
 
 QUICK = Descent(steps=150)
 WIND = 0.02  # N along x
 
 
-def flown(plant: Plant, robot: Robot, rows: int = 200, tasks: tuple[str, ...] = ("circle",)) -> Transitions:
-    episodes = []
-    for seed, name in enumerate(tasks):
-        task = make_task(name, robot)
-        episodes.append(
-            run_episode(plant, geometric_controller(robot, task.reference), task, seed=seed, steps=rows + 1)
-        )
-    return Dataset(episodes).transitions()
+def in_wind() -> MujocoPlant:
+    return MujocoPlant(CRAZYFLIE, (effect("wind", CRAZYFLIE).inject(fx=WIND),))
 
 
 @pytest.fixture(scope="module")
 def windy() -> Transitions:
-    return flown(MujocoPlant(CRAZYFLIE, (effect("wind", CRAZYFLIE).inject(fx=WIND),)), CRAZYFLIE)
+    return tracked(in_wind())
 
 
 @pytest.fixture(scope="module")
@@ -167,8 +160,8 @@ def test_columns_that_only_help_together_are_taken_together() -> None:
 def test_a_noisy_log_of_one_task_helps_on_another(base: Equations) -> None:
     wind = effect("wind", CRAZYFLIE).inject(fx=0.02, fy=0.01)
     noise = sensors(CRAZYFLIE, np.random.default_rng(0))
-    model = ResidualTraining().fit(flown(MujocoPlant(CRAZYFLIE, (noise, wind)), CRAZYFLIE, rows=400), base)
-    elsewhere = flown(MujocoPlant(CRAZYFLIE, (wind,)), CRAZYFLIE, tasks=("lemniscate",))
+    model = ResidualTraining().fit(tracked(MujocoPlant(CRAZYFLIE, (noise, wind)), rows=400), base)
+    elsewhere = tracked(MujocoPlant(CRAZYFLIE, (wind,)), "lemniscate")
     alone = Composed(base, ResidualMLP(CRAZYFLIE.layouts), torch.float64)
     assert position_error(doubled(model), elsewhere, 40) < 0.4 * position_error(alone, elsewhere, 40)
 
@@ -184,9 +177,7 @@ def test_what_mujoco_pushes_with_is_found(windy: Transitions, base: Equations, s
     assert abs(float(found[8])) < 0.1 * push
     assert "vx" in report.columns
     assert report.error < 0.5  # over all blocks: of the first no other one tells anything
-    elsewhere = flown(
-        MujocoPlant(CRAZYFLIE, (effect("wind", CRAZYFLIE).inject(fx=WIND),)), CRAZYFLIE, tasks=("lemniscate",)
-    )
+    elsewhere = tracked(in_wind(), "lemniscate")
     alone = Composed(base, ResidualMLP(CRAZYFLIE.layouts), torch.float64)
     assert position_error(doubled(model), elsewhere) < 0.5 * position_error(alone, elsewhere)
 
@@ -194,7 +185,7 @@ def test_what_mujoco_pushes_with_is_found(windy: Transitions, base: Equations, s
 def test_what_a_loop_brakes_is_learned_from_one_flight(base: Equations) -> None:
     """A centre of mass off the middle turns the robot against its rate loop: errors of rates soon grow no further."""
     plant = MujocoPlant(CRAZYFLIE, (effect("com_offset", CRAZYFLIE).inject(rx=0.003),))
-    rows, layout = flown(plant, CRAZYFLIE, rows=400), CRAZYFLIE.layouts.state
+    rows, layout = tracked(plant, rows=400), CRAZYFLIE.layouts.state
     model = ResidualTraining().fit(rows, base)
     state, action, after = (torch.tensor(values) for values in (rows.state, rows.action, rows.next_state))
     before = compile_model(base, dtype=torch.float64)(state, action)
@@ -203,7 +194,7 @@ def test_what_a_loop_brakes_is_learned_from_one_flight(base: Equations) -> None:
     lacking, found = (layout.difference(values, before).mean(0) for values in (after, predicted))
     assert float(found[10] / lacking[10]) == pytest.approx(1.0, abs=0.1)  # the rate about y does not stand for
     assert float(found[4] / lacking[4]) == pytest.approx(1.0, abs=0.5)  # the turn of the step itself
-    elsewhere = flown(plant, CRAZYFLIE, tasks=("lemniscate",))
+    elsewhere = tracked(plant, "lemniscate")
     alone = Composed(base, ResidualMLP(CRAZYFLIE.layouts), torch.float64)
     assert position_error(doubled(model), elsewhere, 40) < 0.25 * position_error(alone, elsewhere, 40)
 
@@ -253,7 +244,7 @@ def test_a_heavy_penalty_leaves_the_base(windy: Transitions, base: Equations) ->
 def test_a_base_that_is_right_is_not_made_worse(base: Equations) -> None:
     """The log is the base's own, seen by noisy sensors: rollouts elsewhere stay as they were, within a twentieth."""
     measure = sensors(CRAZYFLIE, np.random.default_rng(0)).measure
-    clean = [flown(EquationsPlant(base, CRAZYFLIE), CRAZYFLIE, 300, (task,)) for task in ("circle", "lemniscate")]
+    clean = [tracked(EquationsPlant(base, CRAZYFLIE), task, rows=300) for task in ("circle", "lemniscate")]
     noisy = measure()
     states = np.array([noisy(state) for state in (*clean[0].state, clean[0].next_state[-1])])
     model = ResidualTraining(descent=QUICK).fit(replace(clean[0], state=states[:-1], next_state=states[1:]), base)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -20,8 +21,9 @@ INERTIA = np.array([CRAZYFLIE.numbers[name] for name in ("jx", "jy", "jz")])
 GAINS = np.array([CRAZYFLIE.numbers[name] for name in ("kx", "ky", "kz")])
 
 
-def fly(plant: MujocoPlant, steps: int = 50) -> Array:
+def fly(plant: MujocoPlant, steps: int = 50, push: Sequence[float] = (0.0,) * 6) -> Array:
     state = plant.reset(HIGH)
+    plant.push(push)
     for _ in range(steps):
         state = plant.step(CRAZYFLIE.rest)
     return state
@@ -112,22 +114,17 @@ def test_a_pushed_torque_turns_about_the_body_axis(axis: int) -> None:
     np.testing.assert_allclose(state[10:], expected, atol=1e-3)
 
 
-def test_an_initial_wrench_acts_after_every_reset() -> None:
-    plant = MujocoPlant(CRAZYFLIE, wrench=[0.027, 0.0, 0.0, 0.0, 0.0, 0.0])
-    for _ in range(2):
-        assert fly(plant, 50)[7] == pytest.approx(1.0, rel=1e-6)
-
-
 def test_pushes_and_changes_add_up() -> None:
-    plant = MujocoPlant(CRAZYFLIE, [WIND.inject(fx=0.027)], wrench=[0.027, 0.0, 0.0, 0.0, 0.0, 0.0])
-    assert fly(plant)[7] == pytest.approx(2.0, rel=1e-6)
+    plant = MujocoPlant(CRAZYFLIE, [WIND.inject(fx=0.027)])
+    assert fly(plant, push=[0.027, 0.0, 0.0, 0.0, 0.0, 0.0])[7] == pytest.approx(2.0, rel=1e-6)
 
 
 def test_the_slope_drags_a_car_that_holds_speed_zero() -> None:
     """The wheels' speed loop gives 4 k_v / r² = 32 N per m/s, which is what holds the car against the slope."""
     pull = 2.0 / MUSHR.mass
     plant = MujocoPlant(MUSHR, [effect("slope", MUSHR).inject(gx=pull)])
-    pushed = MujocoPlant(MUSHR, wrench=[2.0, 0.0, 0.0])
+    pushed = MujocoPlant(MUSHR)
+    pushed.push([2.0, 0.0, 0.0])
     for one in (plant, pushed):
         for _ in range(60):
             state = one.step([0.0, 0.0])

@@ -13,7 +13,6 @@ from paper_robots import PAPER_ROBOTS
 
 from sym2real.effects import effect
 from sym2real.errors import ModelError, ShapeError
-from sym2real.layout import Layout, Layouts
 from sym2real.plants import (
     ModelPlant,
     MujocoPlant,
@@ -246,15 +245,11 @@ def test_a_command_is_sent_before_the_robots_own_filters(robot: Robot) -> None:
 
 
 def test_any_callable_is_a_plant_and_its_result_is_put_on_the_manifold() -> None:
-    layouts = Layouts(Layout.of(("x", "sin_yaw", "cos_yaw")), Layout.of(("speed",)))
-    plant = ModelPlant(lambda state, action, inputs=None: state + torch.ones(3), layouts, dt=0.1, start=[0.0, 0.0, 1.0])
-    state = plant.step([0.0])
-    np.testing.assert_allclose(state, [1.0, *(np.array([1.0, 2.0]) / np.sqrt(5.0))])
-    assert plant.dt == 0.1
+    plant = ModelPlant(lambda state, action, inputs=None: state + torch.ones(7), MUSHR)
+    state = plant.step([0.0, 0.0])
+    np.testing.assert_allclose(state[:4], [1.0, 1.0, *(np.array([1.0, 2.0]) / np.sqrt(5.0))])
     with pytest.raises(ShapeError, match="speed"):
-        plant.step([0.0, 1.0])
-    with pytest.raises(ShapeError, match="dt and start"):
-        ModelPlant(lambda state, action, inputs=None: state, layouts)
+        plant.step([0.0])
 
 
 def test_a_model_as_plant_crashes_below_the_ground_and_beyond_numbers() -> None:
@@ -306,12 +301,6 @@ def test_the_gymnasium_view_rewards_minus_the_cost_and_ends_where_it_must() -> N
     while not (terminated or truncated):
         *_, terminated, truncated, _ = view.step(np.zeros(4))
     assert terminated
-
-
-def test_the_gymnasium_view_needs_limits() -> None:
-    plant = ModelPlant(lambda state, action, inputs=None: state, CRAZYFLIE.layouts, 0.02, CRAZYFLIE.start)
-    with pytest.raises(ModelError, match="limits"):
-        TaskEnvironment(plant, make_task("hover", CRAZYFLIE))
 
 
 def test_rollouts_hold_the_forces_of_a_steady_wind() -> None:

@@ -1,18 +1,14 @@
 """Measured logs, through the bench's own figures: one flight of each quick kind, and three drives."""
 
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from real_logs import SCORES, Options, bases
+from real_scores import Answer, battery_figures, mean_residual, wind_figures
 
 from sym2real.diagnosis import diagnose
 from sym2real.logs import SPECS, read_logs
-
-sys.path.insert(0, str(Path(__file__).parent.parent / "tools" / "bench"))
-
-from real_logs import SCORES, TRUTH, Options, bases
-from real_scores import Answer, battery_figures, mean_residual, wind_figures
 
 
 def answers(name: str, paths: list[Path]) -> Iterator[Answer]:
@@ -59,6 +55,6 @@ def test_a_speed_limit_and_a_steering_offset_are_named_from_the_learned_base(sha
 
 
 def test_the_bench_knows_every_set(shared_data: Path) -> None:
-    """Every folder of logs beside the checkout has its specification, truth and scores, and is diagnosed by default."""
+    """Every folder of logs beside the checkout has its specification and scores, and is diagnosed by default."""
     measured = {folder.name for folder in shared_data.iterdir() if any(folder.glob("*.csv"))}
-    assert measured == set(Options().sets) == set(TRUTH) == set(SCORES) == set(SPECS)
+    assert measured == set(Options().sets) == set(SCORES) == set(SPECS)

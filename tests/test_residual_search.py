@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
+from tracked import tracked
 
 from sym2real.adaptation.predictions import horizon_errors
 from sym2real.adaptation.residual_search import ResidualSearch, with_added
-from sym2real.control import geometric_controller
 from sym2real.dataset import Dataset, Transitions
 from sym2real.effects import effect
 from sym2real.errors import ModelError, UnknownNameError
@@ -19,12 +19,11 @@ from sym2real.experiments.noisy_runs import noisy_runs
 from sym2real.experiments.standard_conditions import sensors
 from sym2real.layout import Layouts
 from sym2real.neural import Composed, Ensemble, SymbolicResidual
-from sym2real.plants import EquationsPlant, MujocoPlant, run_episode
-from sym2real.protocols import Change, Plant
+from sym2real.plants import EquationsPlant, MujocoPlant
+from sym2real.protocols import Change
 from sym2real.regression.residual_terms import ResidualSettings, residual_terms
 from sym2real.robots import CRAZYFLIE
 from sym2real.symbolic import Equations, compile_model, symbol
-from sym2real.tasks import make_task
 from sym2real.trajectory import Trajectory
 
 WIND = 0.02  # N along x
@@ -32,11 +31,8 @@ PUSH = WIND / CRAZYFLIE.numbers["mass"] * CRAZYFLIE.dt  # m/s a step
 NOISE = sensors(CRAZYFLIE, np.random.default_rng(4))
 
 
-def flown(*changes: Change, plant: Plant | None = None, rows: int = 240) -> Transitions:
-    task = make_task("circle", CRAZYFLIE)
-    plant = plant or MujocoPlant(CRAZYFLIE, changes)
-    controller = geometric_controller(CRAZYFLIE, task.reference)
-    return Dataset([run_episode(plant, controller, task, seed=0, steps=rows + 1)]).transitions()
+def flown(*changes: Change, rows: int = 240) -> Transitions:
+    return tracked(MujocoPlant(CRAZYFLIE, changes), rows=rows)
 
 
 def added(model: Equations, base: Equations, transitions: Transitions) -> np.ndarray:
@@ -90,7 +86,7 @@ def test_mass_is_found_in_the_thrust(base: Equations) -> None:
 
 def test_nothing_is_added_to_what_is_right(base: Equations) -> None:
     """The log is the base's own, seen by noisy sensors: what is added is far below what noise makes of a step."""
-    clean = flown(plant=EquationsPlant(base, CRAZYFLIE))
+    clean = tracked(EquationsPlant(base, CRAZYFLIE), rows=240)
     assert ResidualSearch().fit(clean, base).to_json() == base.to_json()
     noisy = NOISE.measure()
     states = np.array([noisy(state) for state in (*clean.state, clean.next_state[-1])])

@@ -38,7 +38,7 @@ from sym2real.control.fused_arguments import Call, Sizes, single
 from sym2real.control.fused_gpu import FusedGpuStep
 from sym2real.control.gone_by import GoneBy
 from sym2real.control.noise import deviations, require_steps, sample, smoothing
-from sym2real.control.plan import Plan, Seen, shift
+from sym2real.control.plan import Plan, shift
 from sym2real.control.timing import samples_within
 from sym2real.control.torch_step import TorchStep
 from sym2real.control.weights import weigh
@@ -137,7 +137,7 @@ class MPPI:
         self._gone_by.reset()
         self.mean = self._rest.repeat(self.horizon, 1)  # (H, action)
         self._plan: Plan | None = None
-        self._seen: Seen | None = None
+        self._seen: tuple[Call, FilterState | None] | None = None  # of the kernel
         self.rejected = 0  # rollouts of the last step that were not finite
         self._step: int | None = None
         self._call = 0
@@ -206,11 +206,11 @@ class MPPI:
         assert self._fused is not None
         memory, past, hidden = self._gone_by.memory(), self._gone_by.past(state), self._gone_by.hidden()
         measured, known = single(state, self.device), self._torch.given(inputs)
-        filters = copy(self.filters)  # as they are now: a command that is remembered moves them on
-        self._seen, self._plan = Seen(measured, known, self.mean, gone, noise, self._call, past, hidden, filters), None
         known = self._torch.nothing if known is None else known
         reference = self._torch.references.after(step)
         given = Call(measured, known, reference, self.mean, gone, self.seed, self._call, noise, memory, past, hidden)
+        # Filters as they are now: a command that is remembered moves them on.
+        self._seen, self._plan = (given, copy(self.filters)), None
         self.mean, self._costs, rejected = self._fused(given)
         self._count(rejected, self.samples, step)
 
@@ -224,11 +224,10 @@ class MPPI:
     def plan(self) -> Plan | None:
         """What the last step saw; None before the first one. A fused step is rolled out again to tell."""
         if self._plan is None and self._seen is not None and self._fused is not None:
-            seen = self._seen
-            noise = self._fused.noise(self.seed, seen.call) if seen.noise is None else seen.noise
-            actions = torch.clamp(seen.mean + noise, self._low, self._high)
-            given = seen.state, actions, seen.inputs, seen.filters
-            states = self._torch.rollout(*given, past=seen.past, hidden=seen.hidden)
+            seen, filters = self._seen
+            noise = self._fused.noise(seen.seed, seen.call) if seen.noise is None else seen.noise
+            actions = torch.clamp(shift(seen.mean, seen.steps) + noise, self._low, self._high)
+            states = self._torch.rollout(seen.state, actions, seen.inputs, filters, past=seen.past, hidden=seen.hidden)
             self._plan = Plan(states, actions, self._costs, weigh(self._costs, self.settings.temperature))
         return self._plan
 

@@ -5,8 +5,6 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from sym2real.effects.filters import FilterState
-
 
 @dataclass(frozen=True)
 class Plan:
@@ -28,26 +26,6 @@ class Plan:
     def rejected(self) -> int:
         """How many rollouts were not finite."""
         return int((~self.costs.isfinite()).sum())
-
-
-@dataclass(frozen=True)
-class Seen:
-    """What a fused step was given: the last mean, by how many steps it was shifted, what went before."""
-
-    state: Tensor
-    inputs: Tensor | None
-    before: Tensor
-    steps: int
-    noise: Tensor | None
-    call: int
-    past: Tensor | None = None
-    hidden: Tensor | None = None
-    filters: FilterState | None = None
-
-    @property
-    def mean(self) -> Tensor:
-        """Around which was sampled ``# (H, action)``."""
-        return shift(self.before, self.steps)
 
 
 def shift(mean: Tensor, steps: int) -> Tensor:

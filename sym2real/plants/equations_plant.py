@@ -38,7 +38,8 @@ class EquationsPlant(ModelPlant):
         self._equations, self.description = equations, equations.to_json()  # what tells it from another plant
         self._compiled = compile_model(equations, dtype=torch.float64)
         self._filters, self._sensors = FilterState(equations), Sensors(equations)
-        super().__init__(self._advance, robot, equations.dt)
+        super().__init__(self._advance, robot)
+        self.dt = equations.dt
 
     def reset(self, state: ArrayLike | None = None, seed: int | None = None) -> Array:
         """Start an episode, as if what is sent first had been held for ever; what sensors report ``# (state,)``."""

@@ -7,8 +7,6 @@ import numpy as np
 import torch
 from gymnasium.wrappers import TransformReward
 
-from sym2real.errors import ModelError
-from sym2real.plants.equations_plant import EquationsPlant
 from sym2real.plants.model_plant import ModelPlant
 from sym2real.plants.mujoco_plant import MujocoPlant
 from sym2real.tasks import Task
@@ -26,16 +24,11 @@ class TaskEnvironment(gymnasium.Env[Array, Array]):  # type: ignore[misc]
     Args:
         plant: a plant of a robot.
         task: gives the start, the reference and the cost.
-
-    Raises:
-        ModelError: when the plant knows no robot, and with it no limits.
     """
 
     metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 — Gymnasium's own declaration
 
-    def __init__(self, plant: MujocoPlant | ModelPlant | EquationsPlant, task: Task) -> None:
-        if plant.robot is None:
-            raise ModelError("a Gymnasium view needs a plant of a robot, which knows its action limits")
+    def __init__(self, plant: MujocoPlant | ModelPlant, task: Task) -> None:
         self.plant, self.task = plant, task
         self.steps = round(task.duration / plant.dt)
         self._cost = running_cost(task, plant.layouts)

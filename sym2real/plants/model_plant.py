@@ -21,13 +21,11 @@ class ModelPlant:
 
     Args:
         model: next state ``# (state,)`` from state, action and inputs, and the past where it sees one (``past_rows``).
-        robot: the robot that the model describes, or only the layouts of the model.
-        dt: control period in s; None for the robot's.
-        start: state after a reset without one ``# (state,)``; None for the robot's.
+        robot: that the model describes; gives columns, start and control period.
 
     Raises:
-        ShapeError: when layouts are given without ``dt`` and ``start``, or a compiled model has other columns: hidden
-            states and a time have to go on from step to step, as :class:`~sym2real.plants.EquationsPlant` lets them.
+        ShapeError: when a compiled model has other columns: hidden states and a time have to go on from step to step,
+            as :class:`~sym2real.plants.EquationsPlant` lets them.
 
     Examples:
         >>> robot = ROBOTS["mushr"]
@@ -36,36 +34,12 @@ class ModelPlant:
         (7,)
     """
 
-    def __init__(
-        self,
-        model: DynamicsModel,
-        robot: Robot | Layouts,
-        dt: float | None = None,
-        start: ArrayLike | None = None,
-    ) -> None:
-        self.model = model
-        self.robot = robot if isinstance(robot, Robot) else None
-        self._layouts = robot.layouts if isinstance(robot, Robot) else robot
-        if self.robot is not None:
-            dt, start = dt or self.robot.dt, self.robot.start if start is None else start
-        if dt is None or start is None:
-            raise ShapeError("a ModelPlant of layouts alone needs dt and start")
-        _require_columns(model, self._layouts)
-        self._dt = dt
-        self._start = np.asarray(start, dtype=np.float64)
+    def __init__(self, model: DynamicsModel, robot: Robot) -> None:
+        self.model, self.robot, self.layouts, self.dt = model, robot, robot.layouts, robot.dt
+        _require_columns(model, robot.layouts)
         self._dtype = _dtype(model)
         self._past = Past(*past_rows(model))
         self.reset()
-
-    @property
-    def layouts(self) -> Layouts:
-        """The model's columns."""
-        return self._layouts
-
-    @property
-    def dt(self) -> float:
-        """Control period in s."""
-        return self._dt
 
     @property
     def inputs(self) -> Array:
@@ -89,8 +63,8 @@ class ModelPlant:
         self._inputs = _checked(inputs, self.layouts.inputs.columns)
 
     def reset(self, state: ArrayLike | None = None, seed: int | None = None) -> Array:
-        """Start an episode at ``state`` or the given start; nothing is random, so the seed has no effect."""
-        self._state = _checked(self._start if state is None else state, self.layouts.state.columns)
+        """Start an episode at ``state`` or the robot's start; nothing is random, so the seed has no effect."""
+        self._state = _checked(self.robot.start if state is None else state, self.layouts.state.columns)
         self._inputs = np.zeros(self.layouts.inputs.size)
         self._sent = np.full(self.layouts.action.size, np.nan)
         self._past.reset()

@@ -48,7 +48,6 @@ class MujocoPlant:
     Args:
         robot: what to simulate.
         changes: differences from the plain robot, applied in this order.
-        wrench: what pushes from the start, columns of ``robot.layouts.inputs`` ``# (inputs,)``.
         description: MJCF in place of the robot's own, with its body, joints and actuators.
 
     Raises:
@@ -69,7 +68,6 @@ class MujocoPlant:
         self,
         robot: Robot,
         changes: Sequence[Change] = (),
-        wrench: ArrayLike | None = None,
         description: str | None = None,
     ) -> None:
         self.robot = robot
@@ -81,7 +79,6 @@ class MujocoPlant:
         self._body = mujoco.mj_name2id(self.mj_model, mujoco.mjtObj.mjOBJ_BODY, robot.description.body)
         self._wrench_places = [WRENCH.index(column) if column in WRENCH else -1 for column in robot.layouts.inputs]
         self._joint_places = _pushed_joints(robot, self.mj_model)
-        self._initial_wrench = np.zeros(robot.layouts.inputs.size) if wrench is None else wrench
         self._forces = [change.force for change in self.changes if change.force is not None]
         self.reset()
 
@@ -176,7 +173,7 @@ class MujocoPlant:
         self._measure_filters = [change.measure() for change in self.changes if change.measure is not None]
         self._crashed, self._fresh = False, True
         self._sent = np.full(self.layouts.action.size, np.nan)
-        self.push(self._initial_wrench)
+        self.push(np.zeros(self.layouts.inputs.size))
         return self._measured()
 
     def step(self, action: ArrayLike) -> Array:

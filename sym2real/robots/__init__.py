@@ -5,15 +5,17 @@
 """
 
 from sym2real.registry import Registry
-from sym2real.robots.crazyflie import CRAZYFLIE
-from sym2real.robots.description import Description
-from sym2real.robots.motors import Motors
-from sym2real.robots.mushr import MUSHR
-from sym2real.robots.nominal_car import car
-from sym2real.robots.nominal_quadrotor import quadrotor
-from sym2real.robots.recipe import Recipe
-from sym2real.robots.robot import Limits, MPPISettings, Robot
-from sym2real.robots.thrust_fit import fit_thrust_per_unit
+from sym2real.robots.crazyflie import CRAZYFLIE as CRAZYFLIE
+from sym2real.robots.description import Description as Description
+from sym2real.robots.motors import Motors as Motors
+from sym2real.robots.mushr import MUSHR as MUSHR
+from sym2real.robots.nominal_car import car as car
+from sym2real.robots.nominal_quadrotor import quadrotor as quadrotor
+from sym2real.robots.recipe import Recipe as Recipe
+from sym2real.robots.robot import Limits as Limits
+from sym2real.robots.robot import MPPISettings as MPPISettings
+from sym2real.robots.robot import Robot as Robot
+from sym2real.robots.thrust_fit import fit_thrust_per_unit as fit_thrust_per_unit
 
 # Robots that come from their MJCF alone are opened when they are asked for: MuJoCo stays out of light imports.
 ROBOTS: Registry[Robot] = Registry(
@@ -26,18 +28,3 @@ ROBOTS: Registry[Robot] = Registry(
         "hexarotor": "sym2real.robots.hexarotor:HEXAROTOR",
     },
 )
-
-__all__ = [
-    "CRAZYFLIE",
-    "MUSHR",
-    "ROBOTS",
-    "Description",
-    "Limits",
-    "MPPISettings",
-    "Motors",
-    "Recipe",
-    "Robot",
-    "car",
-    "fit_thrust_per_unit",
-    "quadrotor",
-]

@@ -10,11 +10,12 @@ from typing import Any
 from sym2real.registry import Registry
 from sym2real.robots.robot import Robot
 from sym2real.tasks.circle import circle, reverse_circle
-from sym2real.tasks.hover import hover, unseen_goal
+from sym2real.tasks.hover import hover
+from sym2real.tasks.hover import unseen_goal as unseen_goal
 from sym2real.tasks.lemniscate import lemniscate
 from sym2real.tasks.park import park
 from sym2real.tasks.regulate import regulate
-from sym2real.tasks.task import Task
+from sym2real.tasks.task import Task as Task
 from sym2real.tasks.track import track
 
 TASKS: Registry[Callable[..., Task]] = Registry(
@@ -43,6 +44,3 @@ def make_task(name: str, robot: Robot, **options: Any) -> Task:
         'hover'
     """
     return TASKS[name](robot, **options)
-
-
-__all__ = ["TASKS", "Task", "make_task", "unseen_goal"]

@@ -37,32 +37,35 @@ NEEDED = (REFERENCE, "sr-nn", "sr-effect", "sr-effect-nn", "sr-memory")
 
 @dataclass(frozen=True)
 class Options:
-    """Measure the bars of the adaptation study."""
+    """Measure the bars of the adaptation study.
+
+    Args:
+        out: folder that keeps the answers.
+        quick: one seed, and a case of each kind.
+        full: the paper's own size.
+        cases: only these cases.
+        contestants: only these contestants; what the bars ask for by default, of whom mujoco takes longest.
+        seeds: only these seeds; 1 2 3 by default.
+        jobs: processes on this machine.
+        cluster: address of a dask scheduler instead.
+        logs: also the measured logs of the authors' car, where they lie beside the project.
+        only_kept: run nothing: figures of the answers that are there.
+        json: write the figures to this file (- is standard output).
+        page: write errors and figures as a page of the docs.
+    """
 
     out: Path = Path("build/adaptation")
-    """Folder that keeps the answers."""
     quick: bool = False
-    """One seed, and a case of each kind."""
     full: bool = False
-    """The paper's own size."""
     cases: tuple[str, ...] = ()
-    """Only these cases."""
     contestants: tuple[str, ...] = NEEDED
-    """Only these contestants; what the bars ask for by default, of whom mujoco takes longest."""
     seeds: tuple[int, ...] = ()
-    """Only these seeds; 1 2 3 by default."""
     jobs: int = 2
-    """Processes on this machine."""
     cluster: str = ""
-    """Address of a dask scheduler instead."""
     logs: bool = True
-    """Also the measured logs of the authors' car, where they lie beside the project."""
     only_kept: bool = False
-    """Run nothing: figures of the answers that are there."""
     json: Path | None = None
-    """Write the figures to this file (- is standard output)."""
     page: Path | None = None
-    """Write errors and figures as a page of the docs."""
 
 
 def effort_of(options: Options) -> Effort:

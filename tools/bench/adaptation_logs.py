@@ -8,7 +8,6 @@ diagnosis has no seed; networks have several.
 
 from __future__ import annotations
 
-import os
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -18,6 +17,7 @@ import numpy as np
 import torch
 import tyro
 from figures import Figure, report
+from real_logs import DATA
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import compare
@@ -29,23 +29,23 @@ from sym2real.neural.model_folder import Model
 from sym2real.robots import MUSHR
 from sym2real.symbolic import Equations
 
-BESIDE = Path(__file__).resolve().parents[3] / "shared" / "data"
 FOLDER, HORIZON, SEEDS = "mushr_steering_offset", 1.0, (1, 2, 3)
 ASKED = ("sr-nn", "sr-memory", "sr-effect", "sr-effect-memory")
 
 
 @dataclass(frozen=True)
 class Options:
-    """Predict the last of the car's logs."""
+    """Predict the last of the car's logs.
+
+    Args:
+        seeds: of the networks.
+        counts: only after so many logs; after 1, 2, … by default.
+        json: write the figures to this file (- is standard output).
+    """
 
     seeds: tuple[int, ...] = SEEDS
-    """Of the networks."""
     counts: tuple[int, ...] = ()
-    """Only after so many logs; after 1, 2, … by default."""
-    leave_one_out: bool = False
-    """Instead, each log but the last is left out once and predicted after the others: what a choice is judged by."""
     json: Path | None = None
-    """Write the figures to this file (- is standard output)."""
 
 
 def say(text: str) -> None:
@@ -53,11 +53,9 @@ def say(text: str) -> None:
     print(text, file=sys.stderr, flush=True)
 
 
-def log_figures(
-    seeds: Sequence[int] = SEEDS, *, counts: Sequence[int] = (), leave_one_out: bool = False
-) -> list[Figure]:
-    """A figure per contestant and number of logs, or log left out; none, and why, without the logs."""
-    folder = Path(os.environ.get("SYM2REAL_DATA", BESIDE)) / FOLDER
+def log_figures(seeds: Sequence[int] = SEEDS, counts: Sequence[int] = ()) -> list[Figure]:
+    """A figure per contestant and number of logs; none, and why, without the logs."""
+    folder = DATA / FOLDER
     paths = sorted(folder.glob("*.csv"))
     if len(paths) < 2:
         say(f"MuSHR logs left out: no logs in {folder} (SYM2REAL_DATA names the folder that holds {FOLDER})")
@@ -66,8 +64,6 @@ def log_figures(
         say(f"the car's base is learned first, and kept in {base_folder(MUSHR)}")
     base = cached_base(MUSHR)
     logs = [read_logs([path], spec=FOLDER, layouts=base.layouts, dt=base.dt, upsample=True) for path in paths]
-    if leave_one_out:
-        return [figure for out in range(len(logs) - 1) for figure in _left_out(base, logs[:-1], out, seeds)]
     figures = [Figure(f"MuSHR logs, base alone on {paths[-1].stem}", error_of(base, logs[-1]), "m")]
     for count in counts or range(1, len(logs)):
         data = Dataset(piece for log in logs[:count] for piece in log)
@@ -75,12 +71,6 @@ def log_figures(
             base, data, logs[-1], seeds, f"MuSHR logs, {count} learned from", last=count + 1 == len(logs)
         )
     return figures
-
-
-def _left_out(base: Equations, logs: Sequence[Dataset], out: int, seeds: Sequence[int]) -> Iterator[Figure]:
-    """What each contestant makes of all logs but one, on that one."""
-    data = Dataset(piece for number, log in enumerate(logs) if number != out for piece in log)
-    return answers(base, data, logs[out], seeds, f"MuSHR logs, log {out + 1} left out", last=False)
 
 
 def answers(
@@ -117,7 +107,7 @@ def error_of(model: Model, log: Dataset) -> float:
 def main(options: Options) -> None:
     """Predict, print, write."""
     torch.set_num_threads(1)
-    figures = log_figures(options.seeds, counts=options.counts, leave_one_out=options.leave_one_out)
+    figures = log_figures(options.seeds, options.counts)
     report("MuSHR logs", figures, options.seeds, options.json)
 
 

@@ -8,9 +8,11 @@ from typing import Any
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from sym2real.diagnosis import Diagnosis
+from sym2real.dataset import Logs
+from sym2real.diagnosis import Diagnosis, compare
 from sym2real.effects import same_group
 from sym2real.errors import Sym2RealError, reason
+from sym2real.neural.model_folder import Model
 
 Record = dict[str, Any]
 HORIZON = 0.8  # s
@@ -34,6 +36,11 @@ def answer_of(found: Diagnosis) -> Record:
         "misfit": list(found.misfit),
         "seconds": found.seconds,
     }
+
+
+def error_ahead(model: Model, logs: Logs, seconds: float) -> float:
+    """Root mean square position error in m so far ahead of measured starts."""
+    return float(compare(model, logs, (seconds,), start="measured").at(seconds).errors["position"].value)
 
 
 def refusal(error: Exception) -> Record:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -111,10 +110,10 @@ def as_read(equations: Equations, data: Dataset) -> Dataset:
         return read_logs(written(data, Path(place)), layouts=layouts, dt=equations.dt)
 
 
-def diagnosed(equations: Equations, data: Dataset, exclude: Iterable[str] = ()) -> Record:
+def diagnosed(equations: Equations, data: Dataset) -> Record:
     """What ``sym2real diagnose`` says of logs, calibrated as there; a refusal is an answer too, and so is a crash."""
     try:
         logs = as_read(equations, data)
-        return answer_of(diagnose(equations, logs, plain_simulator(equations), exclude=tuple(exclude)))
+        return answer_of(diagnose(equations, logs, plain_simulator(equations)))
     except (Sym2RealError, *UNFORESEEN) as error:
         return refusal(error)

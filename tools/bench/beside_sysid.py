@@ -12,31 +12,33 @@ is. The last two logs take no part in its fit; ours is scored there too. Needs t
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import redirect_stdout
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import partial
 from io import StringIO
 from typing import Any
 
 import mujoco
 import numpy as np
 import tyro
-from answers import Record, answer_of, first
+from answers import Record, answer_of, error_ahead, first
 from bases import Base, as_read, base_of
 from figures import Figure, report
-from repeated import Settings, share
-from rich.console import Console
+from repeated import Asked, Settings, print_table, share
 from standard_cases import standard_cases
 from standard_set import Case, simulate_case
 from sysid_parameters import FREE
 
 from sym2real.cli.found import plain_simulator
 from sym2real.dataset import Dataset
-from sym2real.diagnosis import compare, diagnose
+from sym2real.diagnosis import Diagnosis, diagnose
 from sym2real.effects import effect, same_group
 from sym2real.errors import MissingDependencyError, ModelError
+from sym2real.experiments.study.sweep import Tell
 from sym2real.plants.mujoco_plant import edited
 from sym2real.robots import ROBOTS, Robot
+from sym2real.symbolic import Equations
 from sym2real.trajectory import Array, Trajectory
 
 BENCH, SECONDS, ITERATIONS = "mujoco.sysid", 0.5, 30
@@ -161,50 +163,36 @@ def parameter_error(truth: dict[str, float], null: dict[str, float], found: dict
     return float(np.linalg.norm(off) / np.linalg.norm([value - null[name] for name, value in truth.items()]))
 
 
-@dataclass(frozen=True)
-class Beside:
-    """A :class:`~sym2real.experiments.study.sweep.Job`: one case, by both."""
+def beside(case: Case, base: Base) -> Asked:
+    """One case, by both."""
+    return Asked(f"{case.robot} {case.keys[0]} {case.seed}", {"case": case.name}, partial(answer, case, base))
 
-    case: Case
-    base: Base
 
-    @property
-    def name(self) -> str:
-        """Of its file."""
-        return f"{self.case.robot}_{self.case.keys[0].replace(':', '_')}_{self.case.seed}"
+def answer(case: Case, base: Base, tell: Tell) -> Record:
+    """Name, error of the parameter, held-out error and time of both."""
+    robot, ((key, truth),) = ROBOTS[case.robot], case.effects
+    data, null = simulate_case(case), effect(key, robot).null
+    fit, rest = list(data)[:-HELD_OUT], list(data)[-HELD_OUT:]
+    tell("mujoco.sysid")
+    began = time.perf_counter()
+    values = identified(robot, fit)
+    seconds, free = time.perf_counter() - began, FREE[robot.name]
+    own = {one.parameter: one.of_effect(values[name]) for name, one in free.items() if one.key == key}
+    theirs = {"name": named(robot.name, values), "values": values, "seconds": seconds}
+    theirs |= {"error": error_of(robot, values, rest), "parameter": parameter_error(dict(truth), null, own)}
+    tell("diagnosing")
+    found, error = ours(base.equations, fit, rest)
+    values = next((one.values for one in found.findings if one.effect == key), {})
+    own = {"name": first(answer_of(found)), "seconds": found.seconds, "error": error}
+    own |= {"parameter": parameter_error(dict(truth), null, values)}
+    return {"robot": robot.name, "truth": key, "theirs": theirs, "ours": own}
 
-    @property
-    def asked(self) -> Record:
-        """What the answer depends on."""
-        return {"case": self.case.name}
 
-    def run(self, tell: Callable[[str], None]) -> Record:
-        """Name, error of the parameter, held-out error and time of both."""
-        robot, ((key, truth),) = ROBOTS[self.case.robot], self.case.effects
-        data, null = simulate_case(self.case), effect(key, robot).null
-        fit, rest = list(data)[:-HELD_OUT], list(data)[-HELD_OUT:]
-        tell("mujoco.sysid")
-        began = time.perf_counter()
-        values = identified(robot, fit)
-        seconds, free = time.perf_counter() - began, FREE[robot.name]
-        own = {one.parameter: one.of_effect(values[name]) for name, one in free.items() if one.key == key}
-        theirs = {"name": named(robot.name, values), "values": values, "seconds": seconds}
-        theirs |= {"error": error_of(robot, values, rest), "parameter": parameter_error(dict(truth), null, own)}
-        tell("diagnosing")
-        return {"robot": robot.name, "truth": key, "theirs": theirs, "ours": self._ours(fit, rest, key, null)}
-
-    def _ours(self, fit: Sequence[Trajectory], rest: Sequence[Trajectory], key: str, null: dict[str, float]) -> Record:
-        equations, truth = self.base.equations, dict(self.case.effects[0][1])
-        logs, held_out = as_read(equations, Dataset(fit)), as_read(equations, Dataset(rest))
-        found = diagnose(equations, logs, plain_simulator(equations))
-        values = next((one.values for one in found.findings if one.effect == key), {})
-        after = compare(found.apply(equations), held_out, (SECONDS,), start="measured").at(SECONDS)
-        ours = {
-            "name": first(answer_of(found)),
-            "seconds": found.seconds,
-            "error": float(after.errors["position"].value),
-        }
-        return {**ours, "parameter": parameter_error(truth, null, values)}
+def ours(equations: Equations, fit: Sequence[Trajectory], rest: Sequence[Trajectory]) -> tuple[Diagnosis, float]:
+    """A diagnosis, and the position error in m after half a second on other logs of what it leaves."""
+    logs, held_out = as_read(equations, Dataset(fit)), as_read(equations, Dataset(rest))
+    found = diagnose(equations, logs, plain_simulator(equations))
+    return found, error_ahead(found.apply(equations), held_out, SECONDS)
 
 
 def right(record: Record, whose: str) -> bool:
@@ -229,13 +217,13 @@ def figures(records: Sequence[Record]) -> list[Figure]:
 
 def main(settings: Settings) -> None:
     """Simulate, fit, diagnose, print, write."""
-    seeds, jobs = settings.seeds_of(BENCH), list[Beside]()
+    seeds, jobs = settings.seeds_of(BENCH), list[Asked]()
     for robot in FREE:
         base = base_of(robot, "simulator", settings.place(BENCH))
-        jobs += [Beside(case, base) for case in chosen(robot, seeds)]
+        jobs += [beside(case, base) for case in chosen(robot, seeds)]
     records = settings.answers(BENCH, jobs)
-    for one in records:
-        Console(stderr=True).print(one["asked"]["case"], one["theirs"]["name"], one["ours"]["name"])
+    said = ((one["asked"]["case"], one["theirs"]["name"], one["ours"]["name"]) for one in records)
+    print_table("what was named", ("case", "mujoco.sysid", "diagnose"), said)
     report(BENCH, figures(records), seeds, settings.json)
 
 

@@ -9,10 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import partial
 
-import mujoco
 import numpy as np
 from foreign_plant import ForeignPlant
 
+from sym2real.control.geometric_quadrotor import body_axes
 from sym2real.dataset import Dataset
 from sym2real.experiments.noisy_runs import noisy_runs
 from sym2real.plants.mujoco_plant import compile_robot
@@ -74,8 +74,10 @@ class BulletPlant(ForeignPlant):
         self._client.changeDynamics(self._body, -1, localInertiaDiagonal=inertia, **undamped)
 
     def _start(self, state: Array) -> Array:
-        turned = _turned(state[3:7])
-        self._client.resetBasePositionAndOrientation(self._body, state[:3] + turned @ self._centre, _last(state[3:7]))
+        turned = body_axes(state[3:7])
+        self._client.resetBasePositionAndOrientation(
+            self._body, state[:3] + turned @ self._centre, np.roll(state[3:7], -1)
+        )
         rates = turned @ state[10:]
         self._client.resetBaseVelocity(self._body, state[7:10] + np.cross(rates, turned @ self._centre), rates)
         self._pushing = ROBOT.rest.copy()
@@ -101,22 +103,12 @@ class BulletPlant(ForeignPlant):
             self._client.getBaseVelocity(self._body),
         )
         quaternion = np.r_[attitude[3], attitude[:3]] * np.sign(attitude[3])
-        arm = _turned(quaternion) @ self._centre
-        return np.r_[place - arm, quaternion, velocity - np.cross(rates, arm), _turned(quaternion).T @ np.array(rates)]
+        turned = body_axes(quaternion)
+        arm = turned @ self._centre
+        return np.r_[place - arm, quaternion, velocity - np.cross(rates, arm), turned.T @ np.array(rates)]
 
 
 def flights_in_bullet(hexarotor: Hexarotor, seed: int) -> Dataset:
     """Circles and figures of eight of a controller that knows the plain hexarotor, with dither on its motors."""
     tasks = [make_task(name, ROBOT) for name in ("circle", "lemniscate")]
     return noisy_runs(ROBOT, tasks, seed=seed, plant=partial(BulletPlant, hexarotor))
-
-
-def _turned(quaternion: Array) -> Array:
-    """Body→world matrix ``# (3, 3)`` of a quaternion, scalar first ``# (4,)``."""
-    matrix = np.zeros(9)
-    mujoco.mju_quat2Mat(matrix, quaternion)
-    return matrix.reshape(3, 3)
-
-
-def _last(quaternion: Array) -> Array:
-    return np.r_[quaternion[1:], quaternion[:1]]

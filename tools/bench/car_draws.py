@@ -9,51 +9,39 @@ against a base from the plain simulator, which gets logs of 40 Hz resampled, and
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from functools import partial
 
 import tyro
 from answers import Record, all_named, named, names
 from bases import Base, Kind, base_of, diagnosed
 from figures import Figure, report
-from repeated import Settings, share
-from rich.console import Console
-from rich.table import Table
+from repeated import Asked, Settings, print_table, share
 from short_drives import NAMED, at_rate, drives, injected, planned, truth
+
+from sym2real.experiments.study.sweep import Tell
 
 BENCH, ROBOT = "car draws", "mushr"
 RATES = (20, 40)  # Hz
 KINDS: tuple[Kind, ...] = ("simulator", "first principles")
 
 
-@dataclass(frozen=True)
-class Drawn:
-    """A :class:`~sym2real.experiments.study.sweep.Job`: one draw at one rate, held against both bases."""
+def draw(rate: int, bases: tuple[Base, ...], seed: int) -> Asked:
+    """One draw at one rate, held against both bases."""
+    asked = {"seed": seed, "rate": rate, "bases": [base.kind for base in bases]}
+    return Asked(f"{seed} {rate}", asked, partial(answer, rate, bases, seed))
 
-    rate: int
-    bases: tuple[Base, ...]
-    seed: int
 
-    @property
-    def name(self) -> str:
-        """Of its file."""
-        return f"{self.seed}_{self.rate}"
-
-    @property
-    def asked(self) -> Record:
-        """What the answer depends on."""
-        return {"seed": self.seed, "rate": self.rate, "bases": [base.kind for base in self.bases]}
-
-    def run(self, tell: Callable[[str], None]) -> Record:
-        """The truth, and an answer by base."""
-        robot = at_rate(self.rate)
-        tell("planning")
-        effects = truth(planned(robot, self.seed), self.seed)
-        data, answers = drives(robot, self.seed, injected(robot, effects)), {}
-        for base in self.bases:
-            tell(f"diagnosing, {base.kind}")
-            answers[base.kind] = diagnosed(base.equations, data)
-        return {"truth": effects, "answers": answers}
+def answer(rate: int, bases: tuple[Base, ...], seed: int, tell: Tell) -> Record:
+    """The truth, and an answer by base."""
+    robot = at_rate(rate)
+    tell("planning")
+    effects = truth(planned(robot, seed), seed)
+    data, answers = drives(robot, seed, injected(robot, effects)), {}
+    for base in bases:
+        tell(f"diagnosing, {base.kind}")
+        answers[base.kind] = diagnosed(base.equations, data)
+    return {"truth": effects, "answers": answers}
 
 
 def figures(records: Sequence[Record]) -> list[Figure]:
@@ -69,27 +57,20 @@ def figures(records: Sequence[Record]) -> list[Figure]:
     return found
 
 
-def print_answers(records: Sequence[Record], console: Console) -> None:
-    """Truth and findings of every draw."""
-    table = Table(title="what was found", title_justify="left")
-    for heading in ("draw", "truth", "verdict", "found"):
-        table.add_column(heading, overflow="fold")
-    for record in records:
-        asked = record["asked"]
-        true = ", ".join(f"{key} {next(iter(values.values())):.3g}" for key, values in record["truth"].items())
-        for kind, answer in record["answers"].items():
-            draw = f"#{asked['seed']} {asked['rate']} Hz, {kind}"
-            table.add_row(draw, true, answer["verdict"], ", ".join(names(answer)))
-    console.print(table)
+def said(record: Record) -> Iterator[Sequence[str]]:
+    """Truth and findings of a draw, by base."""
+    asked = record["asked"]
+    true = ", ".join(f"{key} {next(iter(values.values())):.3g}" for key, values in record["truth"].items())
+    for kind, found in record["answers"].items():
+        yield f"#{asked['seed']} {asked['rate']} Hz, {kind}", true, found["verdict"], ", ".join(names(found))
 
 
 def main(settings: Settings) -> None:
     """Plan, drive, diagnose, print, write."""
     seeds, place = settings.seeds_of(BENCH), settings.place(BENCH)
     bases = {rate: tuple(base_of(ROBOT, kind, place, 1.0 / rate) for kind in KINDS) for rate in RATES}
-    jobs = [Drawn(rate, bases[rate], seed) for seed in seeds for rate in RATES]
-    records = settings.answers(BENCH, jobs)
-    print_answers(records, Console(stderr=True))
+    records = settings.answers(BENCH, [draw(rate, bases[rate], seed) for seed in seeds for rate in RATES])
+    print_table("what was found", ("draw", "truth", "verdict", "found"), (row for one in records for row in said(one)))
     report(BENCH, figures(records), seeds, settings.json)
 
 

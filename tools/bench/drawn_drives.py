@@ -3,45 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from sym2real.control import Disturbed
+from sym2real.control.logged import Replayed
 from sym2real.dataset import Dataset
 from sym2real.experiments.excitation import ColouredNoise
 from sym2real.plants import run_episode
 from sym2real.protocols import Plant
 from sym2real.robots import ROBOTS
-from sym2real.trajectory import Array
 
 ROBOT = ROBOTS["mushr"]  # whose state and actions a car has
 CHANGING, ROWS = 0.6, 400  # s, of the noise; of a run
-
-
-@dataclass
-class Drawn:
-    """A controller that sends what is drawn.
-
-    Args:
-        level: mean of the commands ``# (action,)``.
-        noise: about it.
-    """
-
-    level: Array
-    noise: ColouredNoise
-
-    def reset(self) -> None:
-        """Nothing to forget."""
-
-    def remember(self, sent: ArrayLike) -> None:
-        """What was sent changes nothing."""
-
-    def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
-        """The next action ``# (action,)``."""
-        action: Array = self.level + self.noise.next()
-        return action
+NO_LIMIT = np.array([-np.inf, np.inf])
 
 
 def drawn_drives(
@@ -63,6 +39,7 @@ def drawn_drives(
     for run, (speed, steer) in enumerate(product(speeds, steering)):
         rng = np.random.default_rng([seed, run])
         start = np.array([0.0, 0.0, 0.0, 1.0, speed, 0.0, 0.0])
-        drawn = Drawn(np.array([steer, speed]), ColouredNoise(np.array(deviation), CHANGING, ROBOT.dt, rng))
+        noise = ColouredNoise(np.array(deviation), CHANGING, ROBOT.dt, rng)
+        drawn = Disturbed(Replayed(np.tile([steer, speed], (ROWS, 1))), noise.next, NO_LIMIT[0], NO_LIMIT[1])
         runs.append(run_episode(plant(rng), drawn, start=start, steps=ROWS, name=f"run_{run + 1}"))
     return Dataset(runs)

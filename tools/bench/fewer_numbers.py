@@ -12,20 +12,20 @@ runs finds is added to first principles.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import tyro
-from answers import Record, first, same_first
+from answers import Record, first, stands_for
 from bases import HEALTHY_SEED, Base, Kind, as_read, base_of, calibrated, diagnosed
 from figures import Figure, report
-from repeated import Settings, share
-from rich.console import Console
+from repeated import Asked, Settings, print_table, share
 from standard_set import Case, simulate_case
 
 from sym2real.diagnosis import Visible, plan
+from sym2real.experiments.study.sweep import Tell
 from sym2real.files import write_text
 from sym2real.robots import ROBOTS
 
@@ -85,36 +85,25 @@ def drawn(key: str, size: float, seed: int) -> dict[str, float]:
     return {"value": size}
 
 
-@dataclass(frozen=True)
-class One:
-    """A :class:`~sym2real.experiments.study.sweep.Job`: one effect, held against every base."""
+def one_effect(case: Case, bases: tuple[Base, ...]) -> Asked:
+    """One effect, held against every base."""
+    asked = {"case": case.name, "bases": [base.kind for base in bases]}
+    return Asked(f"{case.robot} {case.keys[0]} {case.seed}", asked, partial(answer, case, bases))
 
-    case: Case
-    bases: tuple[Base, ...]
 
-    @property
-    def name(self) -> str:
-        """Of its file."""
-        return f"{self.case.robot}_{self.case.keys[0]}_{self.case.seed}"
-
-    @property
-    def asked(self) -> Record:
-        """What the answer depends on."""
-        return {"case": self.case.name, "bases": [base.kind for base in self.bases]}
-
-    def run(self, tell: Callable[[str], None]) -> Record:
-        """An answer by base."""
-        data, answers = simulate_case(self.case), {}
-        for base in self.bases:
-            tell(base.kind)
-            answers[base.kind] = diagnosed(base.equations, data)
-        return {"robot": self.case.robot, "truth": self.case.keys[0], "answers": answers}
+def answer(case: Case, bases: tuple[Base, ...], tell: Tell) -> Record:
+    """An answer by base."""
+    data, answers = simulate_case(case), {}
+    for base in bases:
+        tell(base.kind)
+        answers[base.kind] = diagnosed(base.equations, data)
+    return {"robot": case.robot, "truth": case.keys[0], "answers": answers}
 
 
 def named_first(record: Record, kind: str) -> bool:
     """Whether the first finding against a base stands for the truth."""
-    truth = {"findings": [{"effect": record["truth"]}], "verdict": "EFFECT"}
-    return bool(record["answers"][kind]["findings"]) and same_first(record["answers"][kind], truth)
+    findings = record["answers"][kind]["findings"]
+    return bool(findings) and stands_for(findings[0], record["truth"])
 
 
 def figures(records: Sequence[Record]) -> list[Figure]:
@@ -132,7 +121,7 @@ def figures(records: Sequence[Record]) -> list[Figure]:
 
 def main(settings: Settings) -> None:
     """Plan, simulate, diagnose, print, write."""
-    seeds, place, jobs = settings.seeds_of(BENCH), settings.place(BENCH), list[One]()
+    seeds, place, jobs = settings.seeds_of(BENCH), settings.place(BENCH), list[Asked]()
     for robot, keys in EFFECTS.items():
         made = (base_of(robot, kind, place) for kind in KINDS)
         bases = [calibrated(base) if base.kind == "first principles" else base for base in made]
@@ -140,11 +129,10 @@ def main(settings: Settings) -> None:
         for key in keys:
             asked = tuple(base for base, sizes in zip(bases, promised, strict=True) if key in sizes)
             size = large(key, [sizes[key] for sizes in promised if key in sizes], ROBOTS[robot].mass)
-            jobs += [One(Case(robot, ((key, drawn(key, size, seed)),), seed, True), asked) for seed in seeds]
+            jobs += [one_effect(Case(robot, ((key, drawn(key, size, seed)),), seed, True), asked) for seed in seeds]
     records = settings.answers(BENCH, jobs)
-    console = Console(stderr=True)
-    for one in records:
-        console.print(one["asked"]["case"], {kind: first(answer) for kind, answer in one["answers"].items()})
+    said = ((one["asked"]["case"], kind, first(found)) for one in records for kind, found in one["answers"].items())
+    print_table("first finding", ("case", "base", "found"), said)
     report(BENCH, figures(records), seeds, settings.json)
 
 

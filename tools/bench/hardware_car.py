@@ -71,16 +71,19 @@ print(json.dumps(stamps))
 
 @dataclass(frozen=True)
 class Options:
-    """Measure the car's commands over ROS, and adapt a model to a car that differs."""
+    """Measure the car's commands over ROS, and adapt a model to a car that differs.
+
+    Args:
+        adapt_only: leave ROS and kill -9 out.
+        seconds: length of a drive; the paper authors' take 20 s.
+        seeds: of the starts, MPPI's samples and the networks: an adaptation for each.
+        json: write the figures to this file (- is standard output).
+    """
 
     adapt_only: bool = False
-    """Leave ROS and kill -9 out."""
     seconds: float = 20.0
-    """Length of a drive; the paper authors' take 20 s."""
     seeds: int = 3
-    """Of the starts, MPPI's samples and the networks: an adaptation for each."""
     json: Path | None = None
-    """Write the figures to this file (- is standard output)."""
 
 
 @contextmanager

@@ -14,15 +14,14 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import tyro
 from figures import Figure, report
-from rich.console import Console
-from rich.table import Table
+from repeated import print_table
 
 from hardware.crazyflie.link import CrazyflieLink
 from hardware.crazyflie.thrust_map import THRUST_MAPS
@@ -35,7 +34,7 @@ from hardware.recorder import Recorder
 from hardware.safety import Limits
 from sym2real.control import geometric_controller
 from sym2real.logs.table import read_table
-from sym2real.protocols import Controller
+from sym2real.protocols import Controller, Memoryless
 from sym2real.robots import CRAZYFLIE
 from sym2real.tasks import make_task
 from sym2real.trajectory import Array
@@ -47,13 +46,16 @@ BEFORE, LONGEST = 1.5, 20.0  # s of hover before a fault, and of waiting for wha
 
 @dataclass(frozen=True)
 class Options:
-    """Inject every fault once."""
+    """Inject every fault once.
+
+    Args:
+        json: write the figures to this file (- is standard output).
+    """
 
     json: Path | None = None
-    """Write the figures to this file (- is standard output)."""
 
 
-class Scene:
+class Scene(Memoryless):
     """A hover that something is going to happen to, seen as a controller.
 
     Attributes:
@@ -70,12 +72,6 @@ class Scene:
         """Let it happen, and note when."""
         self.broken = time.monotonic()
         fault.inject(self)
-
-    def reset(self) -> None:
-        """Begin."""
-
-    def remember(self, sent: Array) -> None:
-        """Nothing to note."""
 
     def act(self, state: Array, step: int, inputs: Array | None = None) -> Array:
         """The controller's action, late where that is the fault."""
@@ -205,31 +201,25 @@ def fly_on(uri: str, port: int, record: str) -> None:
             hover(plant, hover_controller())
 
 
-def faults(console: Console) -> list[Figure]:
+def faults() -> list[Figure]:
     """Inject every fault once; a figure for how late each was answered."""
-    table = Table(title="Faults injected", title_justify="left")
-    for heading in ("fault", "state entered", "after s", "threshold s", "rows of the record"):
-        table.add_column(heading, justify="left" if heading in ("fault", "state entered") else "right")
-    figures = []
+    figures, rows = [], list[Sequence[str]]()
     with tempfile.TemporaryDirectory() as name:
         for fault in FAULTS:
-            after, phase, rows = flown_until(fault, Path(name))
-            table.add_row(fault.name, phase, f"{after:.3f}", f"{fault.threshold:.2f}", str(rows))
+            after, phase, kept = flown_until(fault, Path(name))
+            rows.append((fault.name, phase, f"{after:.3f}", f"{fault.threshold:.2f}", str(kept)))
             beyond = after - fault.threshold if phase == fault.phase else math.inf
             figures.append(Figure(f"{fault.name}: {fault.phase}, beyond its threshold", beyond, "s", "<= 0.5"))
-        level, off, rows = killed(Path(name))
-        table.add_row(
-            "kill -9 of the script", "level, then off", f"{level:.3f}, {off:.3f}", f"{LEVEL}, {OFF}", str(rows)
-        )
-        figures.append(Figure("kill -9: level, beyond 0.5 s", level - LEVEL, "s", "<= 0.5"))
-        figures.append(Figure("kill -9: motors off, beyond 2 s", off - OFF, "s", "<= 0.5"))
-    console.print(table)
-    return figures
+        level, off, kept = killed(Path(name))
+    rows.append(("kill -9 of the script", "level, then off", f"{level:.3f}, {off:.3f}", f"{LEVEL}, {OFF}", str(kept)))
+    print_table("Faults injected", ("fault", "state entered", "after s", "threshold s", "rows of the record"), rows)
+    figures.append(Figure("kill -9: level, beyond 0.5 s", level - LEVEL, "s", "<= 0.5"))
+    return [*figures, Figure("kill -9: motors off, beyond 2 s", off - OFF, "s", "<= 0.5")]
 
 
 def main(options: Options) -> None:
     """Print both tables; write the figures."""
-    report("Faults in flight, over UDP", faults(Console(stderr=options.json == Path("-"))), [], options.json)
+    report("Faults in flight, over UDP", faults(), [], options.json)
 
 
 if __name__ == "__main__":

@@ -30,20 +30,23 @@ GROUP = {"added_mass", "gain:thrust"}
 
 @dataclass(frozen=True)
 class Options:
-    """Fly twice, with a diagnosis in between."""
+    """Fly twice, with a diagnosis in between.
+
+    Args:
+        task: what is flown.
+        seconds: length of a flight: below 20 s there are too few pieces to test what was found.
+        seed: of MPPI's samples.
+        prefix: words before the commands of flights, which need their periods.
+        out: new folder that keeps what the commands write.
+        json: write the figures to this file (- is standard output).
+    """
 
     task: str = "circle"
-    """What is flown."""
     seconds: float = 24.0
-    """Length of a flight: below 20 s there are too few pieces to test what was found."""
     seed: int = 0
-    """Of MPPI's samples."""
     prefix: str = ""
-    """Words before the commands of flights, which need their periods."""
     out: Path | None = None
-    """New folder that keeps what the commands write."""
     json: Path | None = None
-    """Write the figures to this file (- is standard output)."""
 
 
 def told(command: Sequence[str], out: Path, prefix: Sequence[str] = ()) -> dict[str, Any]:

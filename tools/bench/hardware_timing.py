@@ -1,7 +1,7 @@
 """How steady the hardware loop's period is: hovers of the launch script over UDP, as a user starts it.
 
-The fake Crazyflie runs in a process of its own; the stamps are those of the records. With --out a run that is there is
-not flown again, so that the same command goes on where it was stopped. Give it a quiet machine:
+The fake Crazyflie runs in a process of its own; the stamps are those of the records. A run that is in the folder is not
+flown again, so that the same command goes on where it was stopped. Give it a quiet machine:
 
     nice -n -15 python tools/bench/hardware_timing.py --out runs/timing
 """
@@ -14,9 +14,6 @@ import shlex
 import shutil
 import subprocess
 import sys
-import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -36,30 +33,33 @@ RECORD = "flight.parquet"
 
 @dataclass(frozen=True)
 class Options:
-    """Hover by MPPI at 50 Hz, again and again."""
+    """Hover by MPPI at 50 Hz, again and again.
+
+    Args:
+        runs: hovers.
+        seconds: length of each.
+        quick: one hover of 5 s.
+        out: folder that keeps every run.
+        prefix: words before the launch script's command, such as "chrt -r 5" on a machine that others use.
+        json: write the figures to this file (- is standard output).
+    """
 
     runs: int = 20
-    """Hovers."""
     seconds: float = 30.0
-    """Length of each."""
     quick: bool = False
-    """One hover of 5 s."""
-    out: Path | None = None
-    """Folder that keeps every run."""
+    out: Path = Path("build/bench/hardware_timing")
     prefix: str = ""
-    """Words before the launch script's command, such as "chrt -r 5" on a machine that others use."""
     json: Path | None = None
-    """Write the figures to this file (- is standard output)."""
 
 
 def timing(options: Options) -> list[Figure]:
     """Figures of all hovers together."""
     runs, seconds = (1, 5.0) if options.quick else (options.runs, options.seconds)
-    with _folder(options.out) as folder:
-        save_model(CRAZYFLIE.nominal(), folder / "model")
-        results = [_hovered(folder, number, seconds, options.prefix) for number in range(runs)]
-        flown = [folder / f"run_{number:02d}" / RECORD for number in range(runs) if "act_median" in results[number]]
-        periods = [np.diff(task_of(file, CRAZYFLIE).time) for file in flown]
+    save_model(CRAZYFLIE.nominal(), options.out / "model")
+    places = [options.out / f"{seconds:g}_s_{number:02d}" for number in range(runs)]
+    results = [_hovered(place, seconds, options.prefix) for place in places]
+    flown = [place / RECORD for place, result in zip(places, results, strict=True) if "act_median" in result]
+    periods = [np.diff(task_of(file, CRAZYFLIE).time) for file in flown]
     together = np.concatenate(periods) if periods else np.full(1, math.nan)
     jitter = np.abs(together - CRAZYFLIE.dt)
     steady = sum(1 for result in results if result["missed"] == 0)
@@ -72,30 +72,19 @@ def timing(options: Options) -> list[Figure]:
     ]  # fmt: skip
 
 
-@contextmanager
-def _folder(out: Path | None) -> Iterator[Path]:
-    if out is not None:
-        out.mkdir(parents=True, exist_ok=True)
-        yield out
-        return
-    with tempfile.TemporaryDirectory() as name:
-        yield Path(name)
-
-
-def _hovered(folder: Path, number: int, seconds: float, prefix: str) -> dict[str, Any]:
+def _hovered(out: Path, seconds: float, prefix: str) -> dict[str, Any]:
     """What the launch script says of a run, flown where it is not there yet."""
-    out = folder / f"run_{number:02d}"
     answer = out.with_suffix(".json")
     if not answer.exists():
         shutil.rmtree(out, ignore_errors=True)  # of a run that was stopped
-        command = [sys.executable, "-m", "hardware.fly_crazyflie", str(folder / "model"), "hover", "--sim"]
+        command = [sys.executable, "-m", "hardware.fly_crazyflie", str(out.with_name("model")), "hover", "--sim"]
         command += ["--seconds", f"{seconds:g}", "--out", str(out), "--json", str(answer)]
         ended = subprocess.run([*shlex.split(prefix), *command], cwd=ROOT, stdout=subprocess.DEVNULL, check=False)
         if ended.returncode:
             write_text(answer, json.dumps({"completed": False, "missed": None}))
     result: dict[str, Any] = json.loads(answer.read_text())
     said = "to its end" if result["completed"] else "NOT to its end"
-    print(f"run {number + 1}: {said}, {result['missed']} periods missed", file=sys.stderr)
+    print(f"{out.name}: {said}, {result['missed']} periods missed", file=sys.stderr)
     return result
 
 

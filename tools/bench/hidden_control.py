@@ -9,8 +9,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from answers import Record
 from figures import Figure
-from hidden_scores import Record, of_kind
+from hidden_scores import of_kind
 
 from sym2real.control import mppi_controller
 from sym2real.diagnosis import add

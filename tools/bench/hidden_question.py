@@ -1,21 +1,23 @@
-"""One question of the hidden-effect benchmark and its answer: a module of its own, which other processes import."""
+"""One question of the hidden-effect benchmark, and its answer."""
 
 from __future__ import annotations
 
+import os
+import resource
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import partial
 
-import torch
-from answers import HORIZON, answer_of
-from hidden_scores import Record
+from answers import HORIZON, Record, answer_of
+from bases import Base
 from hidden_truth import error_of_the_truth
+from repeated import Asked
 from standard_set import Case, simulate_case
 
 from sym2real.diagnosis import diagnose
 from sym2real.effects import effect
+from sym2real.experiments.study.sweep import Tell
 from sym2real.plants import MujocoPlant
 from sym2real.robots import ROBOTS
-from sym2real.symbolic import Equations
 
 
 @dataclass(frozen=True)
@@ -33,8 +35,8 @@ class Question:
         return ("null", "single", "pair")[min(len(self.case.effects), 2)]
 
     @property
-    def name(self) -> str:
-        """Key in the results file."""
+    def title(self) -> str:
+        """Unlike any other's."""
         return f"{self.kind}: {self.case.name}" + (f" without {self.exclude[0]}" if self.kind == "half" else "")
 
     @property
@@ -43,27 +45,27 @@ class Question:
         sizes = [sorted(round(abs(value), 9) for value in values.values()) for _, values in self.case.effects]
         return (self.kind, self.case.robot, self.case.keys, self.exclude, str(sizes), self.case.yaw)
 
+    def job(self, base: Base) -> Asked:
+        """For a sweep."""
+        asked = {"case": self.case.name, "seed": self.case.seed, "without": list(self.exclude)}
+        return Asked(self.title, asked, partial(self.answer, base))
 
-@lru_cache(maxsize=2)
-def _equations(base: str) -> Equations:
-    """One object per text, so that what is compiled from it is kept."""
-    return Equations.from_json(base)
-
-
-def answer(question: Question, base: str) -> Record:
-    """One case simulated and diagnosed."""
-    torch.set_num_threads(1)
-    case, robot = question.case, ROBOTS[question.case.robot]
-    equations, data = _equations(base), simulate_case(case)
-    found = diagnose(equations, data, MujocoPlant(robot), exclude=question.exclude)
-    return {
-        "name": question.name,
-        "robot": case.robot,
-        "kind": question.kind,
-        "yaw": case.yaw,
-        "truth": {key: dict(values) for key, values in case.effects},
-        "null": {key: effect(key, robot).null for key in case.keys},
-        "excluded": list(question.exclude),
-        "error_of_truth": error_of_the_truth(case, data, HORIZON) if question.kind == "single" else None,
-        **answer_of(found),
-    }
+    def answer(self, base: Base, tell: Tell) -> Record:
+        """The case simulated and diagnosed; CPU seconds with those of the compiler, and the process's memory so far."""
+        case, robot = self.case, ROBOTS[self.case.robot]
+        tell("simulating")
+        data, plant, before = simulate_case(case), MujocoPlant(robot), sum(os.times()[:4])
+        tell("diagnosing")
+        found = diagnose(base.equations, data, plant, exclude=self.exclude)
+        cpu, memory = sum(os.times()[:4]) - before, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
+        return {
+            "robot": case.robot,
+            "kind": self.kind,
+            "yaw": case.yaw,
+            "truth": {key: dict(values) for key, values in case.effects},
+            "null": {key: effect(key, robot).null for key in case.keys},
+            "excluded": list(self.exclude),
+            "error_of_truth": error_of_the_truth(case, data, HORIZON) if self.kind == "single" else None,
+            **answer_of(found),
+            **{"diagnosing": found.seconds, "cpu": cpu, "memory": memory},
+        }

@@ -1,24 +1,21 @@
 """What the answers of a diagnosis on the standard set are worth: right or wrong, how far off, how sure.
 
-A record is a dictionary as it stands in the results file: what was true, what was found, how long it took.
+A record is a dictionary as it is kept: what was true, what was found, how long it took.
 An answer is right when it is the true effect or a member of its group in ``sym2real.effects.groups``; in flights whose
 heading turns, wind and a tilted mounting are not a group.
 """
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
-from answers import all_matched, names
+from answers import Record, all_matched, names
 from figures import Figure
+from repeated import share, spread
 from scipy import stats
 
 from sym2real.effects import same_group
-
-Record = dict[str, Any]
 
 # Of intervals below the quoted 95 %.
 LEVELS = (0.5, 0.8)
@@ -109,15 +106,15 @@ def calibration(records: Sequence[Record], robot: str) -> list[Figure]:
     kinds = ("single", "pair", "removed", "half")
     asked = [one for name in kinds for one in of_kind(records, robot, name)]
     single = of_kind(records, robot, "single")
-    answers = {
-        f"{100 * level:.0f} % interval holds the truth": [one for record in single for one in covered(record, level)]
-        for level in LEVELS
-    }
+    found: list[Figure] = []
+    for level in LEVELS:
+        inside = (one for record in single for one in covered(record, level))
+        found += share(f"{robot}, {100 * level:.0f} % interval holds the truth", inside)
     for left, words in ((False, "nothing"), (True, "something")):
-        answers[f"finding right where {words} is left over"] = [
-            true(record, name) for record in asked if (record["leftover"] is not None) is left for name in names(record)
-        ]
-    return [Figure(f"{robot}, {name}, of {len(flags)}", _share(flags), "") for name, flags in answers.items() if flags]
+        beside = [record for record in asked if (record["leftover"] is not None) is left]
+        flags = (true(record, name) for record in beside for name in names(record))
+        found += share(f"{robot}, finding right where {words} is left over", flags)
+    return found
 
 
 def fall(record: Record) -> list[float]:
@@ -139,86 +136,47 @@ def of_kind(records: Sequence[Record], robot: str, kind: str) -> list[Record]:
 
 def figures(records: Sequence[Record], robot: str) -> list[Figure]:
     """One figure per bar for a robot; kinds that were not run have none."""
-    single, pair = of_kind(records, robot, "single"), of_kind(records, robot, "pair")
-    null, removed = of_kind(records, robot, "null"), of_kind(records, robot, "removed")
-    found: list[Figure] = []
-    if single:
-        found += _singles(single, robot)
-    if pair:
-        found += [
-            Figure(
-                f"{robot}, pairs: both named, of {len(pair)}", _share(all_named(one) for one in pair), "", ">= 0.90"
-            ),
-            Figure(f"{robot}, pairs: exact set", _share(exact(one) for one in pair), ""),
-        ]
-    if null:
-        found += _nulls(null, robot)
-    if removed:
-        share = _share(flagged(one) for one in removed)
-        found.append(Figure(f"{robot}, effect not in the library flagged, of {len(removed)}", share, "", ">= 0.90"))
-    half = of_kind(records, robot, "half")
-    if half:
-        name = f"{robot}, one of two effects not in the library, of {len(half)}"
-        found.append(Figure(f"{name}: the other is named", _share(all_named(one) for one in half), ""))
-        found.append(Figure(f"{name}: flagged", _share(flagged(one) for one in half), ""))
-    found += calibration(records, robot)
-    seconds = [record["seconds"] for record in records if record["robot"] == robot]
-    if seconds:
-        found.append(Figure(f"{robot}, time: median", float(np.median(seconds)), "s", "<= 30"))
-        found.append(Figure(f"{robot}, time: largest", max(seconds), "s"))
-    return found
+    single, pair, null, removed, half = (
+        of_kind(records, robot, kind) for kind in ("single", "pair", "null", "removed", "half")
+    )
+    lacking = f"{robot}, one of two effects not in the library"
+    seconds = [record["diagnosing"] for record in records if record["robot"] == robot]
+    return [
+        *_singles(single, robot),
+        *share(f"{robot}, pairs: both named", map(all_named, pair), ">= 0.90"),
+        *share(f"{robot}, pairs: exact set", map(exact, pair)),
+        *_nulls(null, robot),
+        *share(f"{robot}, effect not in the library flagged", map(flagged, removed), ">= 0.90"),
+        *share(f"{lacking}: the other is named", map(all_named, half)),
+        *share(f"{lacking}: flagged", map(flagged, half)),
+        *calibration(records, robot),
+        *spread(f"{robot}, time", seconds, "s", "<= 30"),
+        *(Figure(f"{robot}, time: longest", longest, "s") for longest in sorted(seconds)[-1:]),
+    ]
 
 
 def _singles(single: Sequence[Record], robot: str) -> list[Figure]:
     errors = [error for record in single for error in parameter_errors(record)]
-    inside = [one for record in single for one in covered(record)]
+    inside = (one for record in single for one in covered(record))
     sizes = [len(record["findings"][0]["group"]) for record in single if record["findings"]]
     falls = [one for record in single for one in fall(record)]
-    share = _share(first_right(one) for one in single)
-    found = [
-        Figure(f"{robot}, first effect right, of {len(single)}", share, "", ">= 0.98"),
-        Figure(f"{robot}, exact set", _share(exact(one) for one in single), "", ">= 0.95"),
-    ]
-    if sizes:
-        found.append(Figure(f"{robot}, group reported first: median size", float(np.median(sizes)), "", "<= 2"))
-    if errors:
-        bar = f"<= {PARAMETER_BARS[robot]}"
-        found += [
-            Figure(f"{robot}, parameter error: median of {len(errors)}", float(np.median(errors)), "", bar),
-            Figure(f"{robot}, parameter error: p90", float(np.quantile(errors, 0.9)), ""),
-            Figure(f"{robot}, 95 % interval holds the truth, of {len(inside)}", _share(inside), "", ">= 0.90"),
-        ]
     ratios = [one for record in single for one in against_truth(record)]
-    if ratios:
-        name = f"{robot}, 0.8 s held-out error after adding, of that of the simulator with the effect"
-        found.append(Figure(f"{name}: median of {len(ratios)}", float(np.median(ratios)), "", "<= 1.3"))
-        found.append(Figure(f"{name}: p90", float(np.quantile(ratios, 0.9)), ""))
-    if falls:
-        found.append(Figure(f"{robot}, fall of held-out 0.8 s position error: median", float(np.median(falls)), ""))
-    return found
+    after = f"{robot}, 0.8 s held-out error after adding, of that of the simulator with the effect"
+    return [
+        *share(f"{robot}, first effect right", map(first_right, single), ">= 0.98"),
+        *share(f"{robot}, exact set", map(exact, single), ">= 0.95"),
+        *spread(f"{robot}, size of the group reported first", sizes, bar="<= 2"),
+        *spread(f"{robot}, parameter error", errors, bar=f"<= {PARAMETER_BARS[robot]}"),
+        *share(f"{robot}, 95 % interval holds the truth", inside, ">= 0.90"),
+        *spread(after, ratios, bar="<= 1.3"),
+        *spread(f"{robot}, fall of held-out 0.8 s position error", falls),
+    ]
 
 
 def _nulls(null: Sequence[Record], robot: str) -> list[Figure]:
-    """False alarms with their exact (Clopper–Pearson) 95 % interval; three in 300 are allowed, one in fewer."""
-    alarms = sum(alarm(record) for record in null)
-    interval = stats.binomtest(alarms, len(null)).proportion_ci(0.95, method="exact")
-    name = f"{robot}, false alarms in {len(null)} null cases"
-    return [
-        Figure(name, alarms, "cases", f"<= {max(1, len(null) // 100)}"),
-        Figure(f"{name}, rate: low", float(interval.low), ""),
-        Figure(f"{name}, rate: high", float(interval.high), ""),
-    ]
-
-
-def _share(flags: Any) -> float:
-    return float(np.mean(list(flags)))
-
-
-def confusion(records: Sequence[Record], robot: str) -> dict[str, Counter[str]]:
-    """How often each first finding was given for each truth, single and null cases."""
-    table: dict[str, Counter[str]] = {}
-    for record in (*of_kind(records, robot, "single"), *of_kind(records, robot, "null")):
-        truth = next(iter(record["truth"]), "nothing") + (" (yaw)" if record["yaw"] else "")
-        said = (names(record) or ["nothing" if record["verdict"] == "NOTHING_MISSING" else record["verdict"]])[0]
-        table.setdefault(truth, Counter())[said] += 1
-    return table
+    """False alarms: three in 300 are allowed, one in fewer."""
+    if not null:
+        return []
+    allowed = max(1, len(null) // 100)
+    alarms = Figure(f"{robot}, false alarms in {len(null)} null cases", sum(map(alarm, null)), "cases", f"<= {allowed}")
+    return [alarms, *share(f"{robot}, rate of false alarms", map(alarm, null))]

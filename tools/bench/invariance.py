@@ -11,10 +11,9 @@ made at the logs' own step, with what a diagnosis of the healthy robot's runs ad
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Annotated
 
 import numpy as np
 import tyro
@@ -23,13 +22,12 @@ from bases import Base, Kind, base_of, calibrated, diagnosed
 from figures import Figure, report
 from hidden_scores import first_right
 from log_changes import CHANGES, drawn_turn
-from repeated import Settings, share
-from rich.console import Console
-from rich.table import Table
+from repeated import Asked, Run, Settings, print_table, share
 from single_effects import hidden_case
 from standard_cases import SERIES
 from standard_set import Case, simulate_case
 
+from sym2real.experiments.study.sweep import Tell
 from sym2real.robots import ROBOTS
 
 BENCH, PLAIN, OWN_STEP = "invariance", "as it is", "own step"
@@ -46,61 +44,47 @@ CHANGED: dict[str, tuple[str, str]] = {
 
 @dataclass(frozen=True)
 class Options:
-    """Diagnose the same cases in many disguises."""
+    """Diagnose the same cases in many disguises.
 
-    run: Annotated[Settings, tyro.conf.arg(name="")] = field(default_factory=Settings)
+    Args:
+        robots: robots to run.
+        changes: disguises to try; the first answers what all others are held against.
+    """
+
+    run: Run = field(default_factory=Settings)
     robots: tuple[str, ...] = ("crazyflie", "mushr")
-    """Robots to run."""
     changes: tuple[str, ...] = tuple(CHANGED)
-    """Disguises to try; the first answers what all others are held against."""
 
 
-@dataclass(frozen=True)
-class Disguised:
-    """A :class:`~sym2real.experiments.study.sweep.Job`: one case in all disguises."""
+def disguised(robot: str, changes: Sequence[str], bases: dict[str, Base], seed: int) -> Asked:
+    """The case of a seed in all disguises."""
+    case = hidden_case(robot, SERIES[robot], seed)
+    asked = {"case": case.name, "changes": list(changes)}
+    return Asked(f"{robot} {seed}", asked, partial(answer, case, changes, bases))
 
-    case: Case
-    changes: tuple[str, ...]
-    bases: dict[str, Base]
 
-    @property
-    def name(self) -> str:
-        """Of its file."""
-        return f"{self.case.robot}_{self.case.seed}"
+def answer(case: Case, changes: Sequence[str], bases: dict[str, Base], tell: Tell) -> Record:
+    """An answer per disguise; also the angle by which the worlds were turned."""
 
-    @property
-    def asked(self) -> Record:
-        """What the answer depends on."""
-        return {"case": self.case.name, "changes": list(self.changes)}
-
-    def run(self, tell: Callable[[str], None]) -> Record:
-        """An answer per disguise; also the angle by which the worlds were turned."""
-        data, world = simulate_case(self.case), tied_to_the_world(self.case)
-        answers = {}
-        for name in self.changes:
-            change, base = CHANGED[name]
-            if change == "turned each" and world:
-                continue
-            tell(name)
-            changed = CHANGES[change](data, self._rng()) if change else data
-            answers[name] = diagnosed(self.bases[base].equations, changed)
-        truth = {key: dict(values) for key, values in self.case.effects}
-        of = {"robot": self.case.robot, "yaw": self.case.yaw, "truth": truth, "excluded": []}
-        return {**of, "angle": drawn_turn(self._rng()).angle, "answers": answers}
-
-    def _rng(self) -> np.random.Generator:
+    def rng() -> np.random.Generator:
         """The same draw for every disguise."""
-        return np.random.default_rng([self.case.seed, 1])
+        return np.random.default_rng([case.seed, 1])
+
+    data, world, answers = simulate_case(case), tied_to_the_world(case), {}
+    for name in changes:
+        change, base = CHANGED[name]
+        if change == "turned each" and world:
+            continue
+        tell(name)
+        answers[name] = diagnosed(bases[base].equations, CHANGES[change](data, rng()) if change else data)
+    truth = {key: dict(values) for key, values in case.effects}
+    of = {"robot": case.robot, "yaw": case.yaw, "truth": truth, "excluded": []}
+    return {**of, "angle": drawn_turn(rng()).angle, "answers": answers}
 
 
 def tied_to_the_world(case: Case) -> bool:
     """Whether an effect has components along the world's axes."""
     return any({*pair} <= {*values} for _, values in case.effects for pair in ALONG_THE_WORLD)
-
-
-def job(robot: str, changes: Sequence[str], bases: dict[str, Base], seed: int) -> Disguised:
-    """The case of a seed."""
-    return Disguised(hidden_case(robot, SERIES[robot], seed), tuple(changes), bases)
 
 
 def bases_of(options: Options, robot: str) -> dict[str, Base]:
@@ -136,26 +120,14 @@ def figures(records: Sequence[Record], robot: str) -> list[Figure]:
     return found + share(f"{robot}, all: values within both intervals", within, ">= 0.90")
 
 
-def print_answers(records: Sequence[Record], console: Console) -> None:
-    """The first finding in every disguise; red where it is not that of the first."""
-    for record in records:
-        table = Table(title=f"{record['robot']}: {record['truth']}", title_justify="left")
-        table.add_column("disguise")
-        table.add_column("first finding")
-        for name, answer in record["answers"].items():
-            good = same_first(record["answers"][PLAIN], answer)
-            table.add_row(name, f"[{'green' if good else 'red'}]{first(answer)}[/]")
-        console.print(table)
-
-
 def main(options: Options) -> None:
     """Simulate, diagnose, print, write."""
     seeds = options.run.seeds_of(BENCH)
-    jobs = []
-    for robot in options.robots:
-        jobs += list(map(partial(job, robot, options.changes, bases_of(options, robot)), seeds))
+    bases = {robot: bases_of(options, robot) for robot in options.robots}
+    jobs = [disguised(robot, options.changes, bases[robot], seed) for robot in options.robots for seed in seeds]
     records = options.run.answers(BENCH, jobs)
-    print_answers(records, Console(stderr=True))
+    said = ((one["asked"]["case"], name, first(found)) for one in records for name, found in one["answers"].items())
+    print_table("first finding in every disguise", ("case", "disguise", "found"), said)
     rows = [row for robot in options.robots for row in figures(records, robot)]
     report(BENCH, rows, seeds, options.run.json)
 

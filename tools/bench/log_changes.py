@@ -63,10 +63,13 @@ def half_rate(data: Dataset, _: np.random.Generator) -> Dataset:
 
 def every_second(log: Trajectory) -> Trajectory:
     """Rows 0, 2, 4, …"""
-    rows = slice(None, None, 2)
-    extra = {name: values[rows] for name, values in log.extra.items()}
+    return taken(log, slice(None, None, 2))
+
+
+def taken(log: Trajectory, rows: slice | np.ndarray) -> Trajectory:
+    """These rows of a log, with their stamps."""
     parts = {name: getattr(log, name)[rows] for name in ("time", "state", "action", "inputs")}
-    return replace(log, **parts, extra=extra)
+    return replace(log, **parts, extra={name: values[rows] for name, values in log.extra.items()})
 
 
 CHANGES: dict[str, Change] = {

@@ -12,24 +12,23 @@ its place is what should not be.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
-from typing import Annotated
 
 import numpy as np
 import tyro
 from answers import Record, answer_of, named, refusal, stands_for, within_both
 from figures import Figure, report
 from log_changes import CHANGES, Change, drawn_turn
-from real_logs import BESIDE, bases
-from repeated import Settings, share
-from rich.console import Console
-from rich.table import Table
+from real_logs import DATA, bases
+from repeated import Asked, Run, Settings, print_table, share
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import diagnose
 from sym2real.errors import Sym2RealError
+from sym2real.experiments.study.sweep import Tell
 from sym2real.logs import read_logs
 
 BENCH, WHOLE, TURNED = "measured invariance", "as they are", "turned"
@@ -38,13 +37,16 @@ SETS = ("crazyflie_battery_drag", "crazyflie_two_pennies", "mushr_steering_offse
 
 @dataclass(frozen=True)
 class Options:
-    """Diagnose the measured logs in parts and in disguises."""
+    """Diagnose the measured logs in parts and in disguises.
 
-    run: Annotated[Settings, tyro.conf.arg(name="")] = field(default_factory=Settings)
-    data: Path = BESIDE
-    """Folder with the sets."""
+    Args:
+        data: folder with the sets.
+        sets: those of them in which all logs are of one robot under one condition.
+    """
+
+    run: Run = field(default_factory=Settings)
+    data: Path = DATA
     sets: tuple[str, ...] = SETS
-    """Those of them in which all logs are of one robot under one condition."""
 
 
 def half(number: int) -> Change:
@@ -68,76 +70,58 @@ def changes(logs: Sequence[Path]) -> dict[str, Change]:
     return {WHOLE: lambda data, _: data, **{name: CHANGES[name] for name in (TURNED, "later", "shuffled")}, **parts}
 
 
-@dataclass(frozen=True)
-class Part:
-    """A :class:`~sym2real.experiments.study.sweep.Job`: a set against a base, changed."""
-
-    folder: Path
-    base: str
-    change: str
-    seed: int
-
-    @property
-    def name(self) -> str:
-        """Of its file."""
-        return "_".join((self.folder.name, self.base, self.change, str(self.seed))).replace(" ", "_")
-
-    @property
-    def asked(self) -> Record:
-        """What the answer depends on."""
-        return {"set": self.folder.name, "base": self.base, "change": self.change, "seed": self.seed}
-
-    def run(self, tell: Callable[[str], None]) -> Record:
-        """The answer, with the angle by which the worlds were turned."""
-        logs = sorted(self.folder.glob("*.csv"))
-        base = next(of for of in bases(self.folder.name, logs) if of[0] == self.base)
-        data = read_logs(logs, spec=self.folder.name, layouts=base[1].layouts, dt=base[1].dt)
-        changed = changes(logs)[self.change](data, np.random.default_rng(self.seed))
-        angle = drawn_turn(np.random.default_rng(self.seed)).angle if self.change == TURNED else 0.0
-        try:
-            return {**self.asked, "angle": angle, **answer_of(diagnose(base[1], changed, base[2], on_progress=tell))}
-        except Sym2RealError as error:
-            return {**self.asked, "angle": angle, **refusal(error)}
+def part(folder: Path, base: str, change: str, seed: int) -> Asked:
+    """A set against a base, changed."""
+    asked = {"set": folder.name, "base": base, "change": change, "seed": seed}
+    return Asked(f"{folder.name} {base} {change} {seed}", asked, partial(answer, folder, base, change, seed))
 
 
-def parts(options: Options) -> Iterator[Part]:
+def answer(folder: Path, base: str, change: str, seed: int, tell: Tell) -> Record:
+    """The answer, with the angle by which the worlds were turned."""
+    logs = sorted(folder.glob("*.csv"))
+    _, equations, plant = next(of for of in bases(folder.name, logs) if of[0] == base)
+    data = read_logs(logs, spec=folder.name, layouts=equations.layouts, dt=equations.dt)
+    changed = changes(logs)[change](data, np.random.default_rng(seed))
+    angle = drawn_turn(np.random.default_rng(seed)).angle if change == TURNED else 0.0
+    try:
+        return {"angle": angle, **answer_of(diagnose(equations, changed, plant, on_progress=tell))}
+    except Sym2RealError as error:
+        return {"angle": angle, **refusal(error)}
+
+
+def parts(options: Options) -> Iterator[Asked]:
     """Every set with every base in every disguise, one draw a seed."""
     for name in options.sets:
         logs = sorted((options.data / name).glob("*.csv"))
         for base, *_ in bases(name, logs):
             for seed in options.run.seeds_of(BENCH):
-                yield from (Part(options.data / name, base, change, seed) for change in changes(logs))
+                yield from (part(options.data / name, base, change, seed) for change in changes(logs))
 
 
-def figures_and_table(records: Sequence[Record], title: str) -> tuple[list[Figure], Table]:
-    """Of a set and a base: what of the whole logs' answer is found again in each disguise."""
-    whole = next(record for record in records if record["change"] == WHOLE)
+def figures(records: Sequence[Record], title: str) -> list[Figure]:
+    """Of a set and a base: what of the whole logs' answer is found again in each disguise; prints that too."""
+    whole = next(record for record in records if record["asked"]["change"] == WHOLE)
     wanted = [finding["effect"] for finding in whole["findings"]]
-    table = Table(
-        "disguise", "verdict", "missed", "beside", title=f"{title}: {', '.join(wanted)}", title_justify="left"
-    )
-    again, held, new = list[bool](), list[bool](), list[bool]()
+    again, held, new, rows = list[bool](), list[bool](), list[bool](), list[Sequence[str]]()
     for record in (record for record in records if record is not whole):
         missed = [key for key in wanted if not named(record, key)]
         beside = [f["effect"] for f in record["findings"] if not any(stands_for(f, key) for key in wanted)]
-        table.add_row(record["change"], record["verdict"], ", ".join(missed), ", ".join(beside))
+        rows.append((record["asked"]["change"], record["verdict"], ", ".join(missed), ", ".join(beside)))
         again += [key not in missed for key in wanted]
         new.append(not beside)
         held += within_both(whole, record, record["angle"])
+    print_table(f"{title}: {', '.join(wanted)}", ("disguise", "verdict", "missed", "beside"), rows)
     found = share(f"{title}: effects named again", again, ">= 0.95")
     found += share(f"{title}: disguises with no other effect", new)
-    return [*found, *share(f"{title}: values within both intervals", held, ">= 0.90")], table
+    return found + share(f"{title}: values within both intervals", held, ">= 0.90")
 
 
 def main(options: Options) -> None:
     """Diagnose, print, write."""
-    console, rows = Console(stderr=True), list[Figure]()
-    records = options.run.answers(BENCH, list(parts(options)))
-    for title in dict.fromkeys(f"{record['set']}, {record['base']}" for record in records):
-        own = [record for record in records if f"{record['set']}, {record['base']}" == title]
-        figures, table = figures_and_table(own, title)
-        console.print(table)
-        rows += figures
+    own: dict[str, list[Record]] = {}
+    for record in options.run.answers(BENCH, list(parts(options))):
+        own.setdefault(f"{record['asked']['set']}, {record['asked']['base']}", []).append(record)
+    rows = [row for title, records in own.items() for row in figures(records, title)]
     report(BENCH, rows, options.run.seeds_of(BENCH), options.run.json)
 
 

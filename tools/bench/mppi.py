@@ -1,11 +1,10 @@
-"""MPPI's back ends beside other libraries, in one run: interleaved rounds, medians and p99, ratios, a figure.
+"""MPPI's back ends beside other libraries, in one run: interleaved rounds, medians and p99, and ratios.
 
 Every contestant's rollout is compared with float64 torch before anything is timed. Pin the run to free cores:
 
-    taskset -c 0 .venv/bin/python tools/bench/mppi.py --equations ../shared/reference_equations.json \\
-        --json docs/figures/mppi.json --figure docs/figures/mppi.png
+    taskset -c 0 .venv/bin/python tools/bench/mppi.py --equations ../shared/reference_equations.json
 
-The extra ``bench`` brings JAX and sympytorch; what is not installed is left out and said so. ``--device cuda`` (extra
+The extra ``bench`` brings pytorch-mppi and JAX; without JAX it is left out and said so. ``--device cuda`` (extra
 ``gpu``) times the kernel and torch there, alone.
 """
 
@@ -20,12 +19,10 @@ from pathlib import Path
 import torch
 import tyro
 from figures import Figure, report
-from mppi_contestants import CONSOLE, LIMIT, Contestant, contestants, on_device
-from mppi_figure import draw
-from mppi_limit import SLOTS, multiply_adds
-from mppi_live import diagnosis, first_calls, held, import_time, with_samples
-from mppi_models import HORIZON, subject
-from mppi_table import markdown
+from mppi_contestants import CONSOLE, Contestant, contestants, on_device
+from mppi_live import first_calls, held
+from mppi_models import subject, with_samples
+from mppi_table import tables
 
 from sym2real.control.backend import device_of
 
@@ -37,28 +34,29 @@ BUDGET = 3.0  # s a round may take of the slow ones
 
 @dataclass(frozen=True)
 class Options:
-    """Compare MPPI with other libraries."""
+    """Compare MPPI with other libraries.
+
+    Args:
+        equations: the fixed equations.
+        robots: robots of that file.
+        samples: numbers of samples; by default 256 to 16384, or 1024 to 1048576 on another device than the processor.
+        device: where to plan; on another than the processor the kernel and torch are timed, and nothing else.
+        rounds: rounds, in each of which every contestant runs at least once.
+        seconds: length of each control loop.
+        quick: 1024 samples, few rounds, short loops.
+        live: control loops and first calls.
+        json: write the figures to this file (- is standard output).
+    """
 
     equations: Path = Path("../shared/reference_equations.json")
-    """The fixed equations."""
     robots: tuple[str, ...] = ("crazyflie", "mushr")
-    """Robots of that file."""
     samples: tuple[int, ...] = ()
-    """Numbers of samples; by default 256 to 16384, or 1024 to 1048576 on another device than the processor."""
     device: str = "cpu"
-    """Where to plan; on another than the processor the kernel and torch are timed, and nothing else."""
     rounds: int = 40
-    """Rounds, in each of which every contestant runs at least once."""
     seconds: float = 60.0
-    """Length of each control loop."""
     quick: bool = False
-    """1024 samples, few rounds, short loops."""
     live: bool = True
-    """Control loops, first calls, import, diagnosis."""
     json: Path | None = None
-    """Write the figures to this file (- is standard output)."""
-    figure: Path | None = None
-    """Draw the times to this file."""
 
 
 def run(found: list[Contestant], rounds: int) -> None:
@@ -95,17 +93,14 @@ def main(options: Options) -> None:
             CONSOLE.print(f"{name}, {count} samples")
             found = contestants(one, count, others=count == MAIN) if here else on_device(one, count, options.device)
             run(found, rounds)
-            figures += times(name, count, [one for one in found if one.name != LIMIT])
+            figures += times(name, count, found)
             if count == MAIN and here:
-                figures += [*(shares(found, count) if name == "crazyflie" else []), *ratios(name, found)]
+                figures += ratios(name, found)
     if options.live and here:
         one = with_samples(subject("crazyflie", options.equations), MAIN)
         figures += [*first_calls(options.equations), *held(one, 5.0 if options.quick else options.seconds)]
-        figures += [import_time(), *diagnosis()]
     report("MPPI, one step over 40 periods", figures, [0], options.json)
-    CONSOLE.print(markdown(figures), markup=False, soft_wrap=True)
-    if options.figure is not None:
-        draw(figures, options.figure)
+    CONSOLE.print(tables(figures), markup=False, soft_wrap=True)
 
 
 def times(name: str, count: int, found: list[Contestant]) -> list[Figure]:
@@ -118,18 +113,6 @@ def times(name: str, count: int, found: list[Contestant]) -> list[Figure]:
         figures.append(Figure(label, 1e3 * one.median, "ms"))
         figures.append(Figure(f"{label}, p99", 1e3 * one.p99, "ms", bar))
     return figures
-
-
-def shares(found: list[Contestant], count: int) -> list[Figure]:
-    """The arithmetic limit over the kernel's time: of medians, and of the least times, which nobody disturbed."""
-    slots = SLOTS * count * HORIZON / multiply_adds()
-    limit, ours = (next(one for one in found if one.name == name) for name in (LIMIT, "c"))
-    return [
-        Figure("arithmetic limit of the reference equations", 1e3 * slots * limit.median, "ms"),
-        Figure("share of the arithmetic limit", 100 * slots * limit.median / ours.median, "%"),
-        Figure("arithmetic limit, least", 1e3 * slots * min(limit.seconds), "ms"),
-        Figure("share of the arithmetic limit, least times", 100 * slots * min(limit.seconds) / min(ours.seconds), "%"),
-    ]
 
 
 def ratios(name: str, found: list[Contestant]) -> list[Figure]:

@@ -4,19 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from figures import Figure
-
-WORDS = {None: "", True: "holds", False: "missed"}
+from figures import Figure, markdown
 
 
-def markdown(figures: Sequence[Figure]) -> str:
+def tables(figures: Sequence[Figure]) -> str:
     """Two tables: figures that are no times of contestants, then median and p99 in ms by contestant and samples."""
     times = [figure for figure in figures if ", N = " in figure.name]
     others = [figure for figure in figures if ", N = " not in figure.name]
     bars = others + [figure for figure in times if figure.bar]
-    lines = ["| figure | measured | bar | |", "|---|---:|---:|---|"]
-    lines += [f"| {f.name} | {f.value:.3g} {f.unit} | {f.bar} | {WORDS[f.holds]} |" for f in bars]
-    return "\n".join([*lines, "", *_times(times)])
+    return "\n".join([*markdown(bars), "", *_times(times)])
 
 
 def _times(figures: Sequence[Figure]) -> list[str]:

@@ -10,22 +10,23 @@ for it by physics, or is one that ``plan`` said beforehand these logs cannot tel
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Annotated, Any
+from functools import partial
+from typing import Any
 
 import numpy as np
 import tyro
 from answers import UNFORESEEN, Record, answer_of, first, refusal, stands_for
 from figures import Figure, report
-from repeated import Settings, share
-from rich.console import Console
+from repeated import Asked, Run, Settings, print_table, share
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import Visible, diagnose, plan
 from sym2real.effects import effect
 from sym2real.errors import Sym2RealError
 from sym2real.experiments.noisy_runs import Effects, noisy_runs
+from sym2real.experiments.study.sweep import Tell
 from sym2real.robots import ROBOTS
 from sym2real.tasks import make_task
 
@@ -39,11 +40,14 @@ Tasks = Sequence[tuple[str, Mapping[str, Any]]]
 
 @dataclass(frozen=True)
 class Options:
-    """Hidden effects of robots that are one file each; ten cases are five hidden effects and ten healthy robots."""
+    """Hidden effects of robots that are one file each; ten cases are five hidden effects and ten healthy robots.
 
-    run: Annotated[Settings, tyro.conf.arg(name="")] = field(default_factory=Settings)
+    Args:
+        robots: which ones.
+    """
+
+    run: Run = field(default_factory=Settings)
     robots: tuple[str, ...] = ("hexarotor", "cart_pole", "differential_drive", "arm")
-    """Which ones."""
 
 
 def _posture(side: float) -> Mapping[str, Any]:
@@ -88,37 +92,25 @@ def draw(robot: str, seed: int, seen: Sequence[Visible]) -> tuple[str, dict[str,
     return key, {**chosen, row.parameter: value}, [*row.like, *row.always]
 
 
-@dataclass(frozen=True)
-class Judged:
-    """A :class:`~sym2real.experiments.study.sweep.Job`: one robot's logs with a hidden effect, or without."""
+def judged(robot: str, seed: int, hidden: bool) -> Asked:
+    """One robot's logs with a hidden effect, or without."""
+    asked = {"robot": robot, "seed": seed, "hidden": hidden}
+    return Asked(f"{robot} {'hidden' if hidden else 'null'} {seed}", asked, partial(answer, robot, seed, hidden))
 
-    robot: str
-    seed: int
-    hidden: bool
 
-    @property
-    def name(self) -> str:
-        """Of its file."""
-        return f"{self.robot}_{'hidden' if self.hidden else 'null'}_{self.seed}"
-
-    @property
-    def asked(self) -> Record:
-        """What the answer depends on."""
-        return {"robot": self.robot, "seed": self.seed, "hidden": self.hidden}
-
-    def run(self, tell: Callable[[str], None]) -> Record:
-        """The truth and the answer."""
-        base, truth, alike = ROBOTS[self.robot].nominal(), dict[str, dict[str, float]](), list[str]()
-        if self.hidden:
-            tell("planning")
-            key, value, alike = draw(self.robot, self.seed, plan(base, logs(self.robot, self.seed)).visible)
-            truth = {key: value}
-        tell("diagnosing")
-        try:
-            answer = answer_of(diagnose(base, logs(self.robot, self.seed + LATER, list(truth.items()))))
-        except (Sym2RealError, *UNFORESEEN) as error:
-            answer = refusal(error)
-        return {"truth": truth, "alike": alike, "answer": answer}
+def answer(robot: str, seed: int, hidden: bool, tell: Tell) -> Record:
+    """The truth and the answer."""
+    base, truth, alike = ROBOTS[robot].nominal(), dict[str, dict[str, float]](), list[str]()
+    if hidden:
+        tell("planning")
+        key, value, alike = draw(robot, seed, plan(base, logs(robot, seed)).visible)
+        truth = {key: value}
+    tell("diagnosing")
+    try:
+        found = answer_of(diagnose(base, logs(robot, seed + LATER, list(truth.items()))))
+    except (Sym2RealError, *UNFORESEEN) as error:
+        found = refusal(error)
+    return {"truth": truth, "alike": alike, "answer": found}
 
 
 def right(record: Record) -> bool:
@@ -149,12 +141,11 @@ def figures(records: Sequence[Record]) -> list[Figure]:
 def main(options: Options) -> None:
     """Simulate, diagnose, print, write."""
     seeds, robots = options.run.seeds_of(BENCH), options.robots
-    jobs = [Judged(robot, seed, True) for robot in robots for seed in seeds[:HIDDEN]]
-    jobs += [Judged(robot, seed, False) for robot in robots for seed in seeds]
-    records, console = options.run.answers(BENCH, jobs), Console(stderr=True)
-    for record in records:
-        console.print(record["asked"]["robot"], record["asked"]["seed"], record["truth"] or "healthy", end=": ")
-        console.print(first(record["answer"]), [one["parameters"] for one in record["answer"]["findings"][:1]])
+    jobs = [judged(robot, seed, True) for robot in robots for seed in seeds[:HIDDEN]]
+    jobs += [judged(robot, seed, False) for robot in robots for seed in seeds]
+    records = options.run.answers(BENCH, jobs)
+    said = (map(str, (*one["asked"].values(), one["truth"], first(one["answer"]))) for one in records)
+    print_table("first finding", ("robot", "seed", "hidden", "truth", "found"), said)
     report(BENCH, figures(records), seeds, options.run.json)
 
 

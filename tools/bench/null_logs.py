@@ -10,22 +10,23 @@ step of the base from the plain simulator. What is said of the damage itself is 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Annotated
+from functools import partial
 
 import numpy as np
 import tyro
 from answers import REFUSED, Record, names
 from bases import Base, base_of, diagnosed
 from figures import Figure, report
-from repeated import Settings, share
-from rich.console import Console
+from log_changes import taken
+from repeated import Asked, Run, Settings, print_table, share
 from standard_set import Case, simulate_case
 
 from sym2real.control import geometric_controller
 from sym2real.dataset import Dataset
 from sym2real.experiments.standard_conditions import sensors
+from sym2real.experiments.study.sweep import Tell
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.robots import ROBOTS, Robot
 from sym2real.tasks import make_task
@@ -42,16 +43,19 @@ OF_DAMAGE = re.compile("lost|missing|gap|repeat|stale|duplicate|froze", re.IGNOR
 
 @dataclass(frozen=True)
 class Options:
-    """Diagnose logs with nothing to find."""
+    """Diagnose logs with nothing to find.
 
-    run: Annotated[Settings, tyro.conf.arg(name="")] = field(default_factory=Settings)
+    Args:
+        robots: robots to run.
+    """
+
+    run: Run = field(default_factory=Settings)
     robots: tuple[str, ...] = ("crazyflie", "mushr")
-    """Robots to run."""
 
 
 def with_lost_rows(data: Dataset, rng: np.random.Generator) -> Dataset:
     """Rows that never arrived, up to :data:`LONGEST` in a row; stamps tell."""
-    return Dataset(_rows(log, ~_runs(len(log), rng)) for log in data)
+    return Dataset(taken(log, ~_runs(len(log), rng)) for log in data)
 
 
 def _runs(rows: int, rng: np.random.Generator) -> np.ndarray:
@@ -60,11 +64,6 @@ def _runs(rows: int, rng: np.random.Generator) -> np.ndarray:
         lost[start : start + int(rng.integers(1, LONGEST + 1))] = True
     lost[[0, -1]] = False
     return lost
-
-
-def _rows(log: Trajectory, kept: np.ndarray) -> Trajectory:
-    parts = {name: getattr(log, name)[kept] for name in ("time", "state", "action", "inputs")}
-    return replace(log, **parts, extra={name: values[kept] for name, values in log.extra.items()})
 
 
 def with_stale_rows(data: Dataset, rng: np.random.Generator) -> Dataset:
@@ -98,39 +97,28 @@ ONE_CIRCLE = "one circle"
 KINDS = (*DAMAGES, ONE_CIRCLE, *RATES)
 
 
-@dataclass(frozen=True)
-class Null:
-    """A :class:`~sym2real.experiments.study.sweep.Job`: one set of runs of a healthy robot."""
+def null(base: Base, kind: str, seed: int) -> Asked:
+    """One set of runs of a healthy robot."""
+    asked = {"robot": base.robot, "kind": kind, "seed": seed}
+    return Asked(f"{base.robot} {kind} {seed}", asked, partial(answer, base, kind, seed))
 
-    base: Base
-    kind: str
-    seed: int
 
-    @property
-    def name(self) -> str:
-        """Of its file."""
-        return f"{self.base.robot}_{self.kind.replace(' ', '_')}_{self.seed}"
+def answer(base: Base, kind: str, seed: int, tell: Tell) -> Record:
+    """What a diagnosis says of it."""
+    tell("simulating")
+    robot = ROBOTS[base.robot]
+    data = simulated(robot.at_period(1.0 / RATES[kind]) if kind in RATES else robot, kind, seed)
+    tell("diagnosing")
+    return diagnosed(base.equations, data)
 
-    @property
-    def asked(self) -> Record:
-        """What the answer depends on."""
-        return {"robot": self.base.robot, "kind": self.kind, "seed": self.seed}
 
-    def run(self, tell: Callable[[str], None]) -> Record:
-        """The answer."""
-        tell("simulating")
-        robot = ROBOTS[self.base.robot]
-        robot = robot.at_period(1.0 / RATES[self.kind]) if self.kind in RATES else robot
-        data = self._simulated(robot)
-        tell("diagnosing")
-        return diagnosed(self.base.equations, data)
-
-    def _simulated(self, robot: Robot) -> Dataset:
-        if self.kind == ONE_CIRCLE:
-            return circles(robot, self.seed)
-        data = simulate_case(Case(robot.name, seed=self.seed), rows=rows_of(robot), robot=robot)
-        damage = DAMAGES.get(self.kind)
-        return damage(data, np.random.default_rng([self.seed, 1])) if damage else data
+def simulated(robot: Robot, kind: str, seed: int) -> Dataset:
+    """The runs of a kind."""
+    if kind == ONE_CIRCLE:
+        return circles(robot, seed)
+    data = simulate_case(Case(robot.name, seed=seed), rows=rows_of(robot), robot=robot)
+    damage = DAMAGES.get(kind)
+    return damage(data, np.random.default_rng([seed, 1])) if damage else data
 
 
 def alarm(answer: Record) -> bool:
@@ -138,6 +126,11 @@ def alarm(answer: Record) -> bool:
     faults = [fault for fault in answer["faults"] if not OF_DAMAGE.search(f"{fault['effect']} {fault['evidence']}")]
     missing = answer["verdict"] == "UNEXPLAINED" or (answer["verdict"] == "EFFECT" and bool(names(answer)))
     return missing or bool(faults)
+
+
+def said(answer: Record) -> str:
+    """Findings and faults."""
+    return ", ".join([*names(answer), *(fault["effect"] or fault["evidence"] for fault in answer["faults"])])
 
 
 def figures(records: Sequence[Record]) -> list[Figure]:
@@ -155,12 +148,10 @@ def main(options: Options) -> None:
     """Simulate, diagnose, print, write."""
     place, seeds = options.run.place(BENCH), options.run.seeds_of(BENCH)
     bases = [base_of(robot, "simulator", place) for robot in options.robots]
-    jobs = [Null(base, kind, seed) for seed in seeds for base in bases for kind in KINDS]
+    jobs = [null(base, kind, seed) for seed in seeds for base in bases for kind in KINDS]
     records = options.run.answers(BENCH, jobs)
-    console = Console(stderr=True)
-    for one in filter(alarm, records):
-        said = ", ".join([*names(one), *(fault["effect"] or fault["evidence"] for fault in one["faults"])])
-        console.print(f"[red]{one['verdict']}[/] {one['asked']}: {said}", highlight=False)
+    alarms = ((*map(str, one["asked"].values()), one["verdict"], said(one)) for one in filter(alarm, records))
+    print_table("alarms", ("robot", "kind", "seed", "verdict", "said"), alarms)
     report(BENCH, figures(records), seeds, options.run.json)
 
 

@@ -23,15 +23,14 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-import torch
 import tyro
+from answers import HORIZON, Record, answer_of, named, names, stands_for
 from bullet_plant import Hexarotor, flights_in_bullet
 from figures import Figure, report
 from highway_plant import WHEELBASE as ROAD_WHEELBASE
 from highway_plant import Tyres, drives
 from lsy_plant import IdentifiedQuadrotor, LsyPlant
-from rich.console import Console
-from rich.markup import escape
+from repeated import Asked, answers_of, print_table
 from rotorpy_plant import QUICK, Quadrotor, RotorpyPlant
 from single_track_plant import WHEELBASE, Car, SingleTrackPlant
 from slipx_plant import WHEELBASE as RACE_WHEELBASE
@@ -39,20 +38,17 @@ from slipx_plant import RaceCar, races
 from standard_set import standard_run
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis import Diagnosis, diagnose
-from sym2real.diagnosis.errors.rungs import Stage
-from sym2real.effects import same_group
+from sym2real.diagnosis import diagnose
 from sym2real.errors import UnknownNameError
 from sym2real.experiments.models import cached_base
+from sym2real.experiments.study.sweep import Tell
 from sym2real.plants import MujocoPlant
 from sym2real.protocols import Plant
-from sym2real.report.diagnosis import diagnosis_report
 from sym2real.robots import ROBOTS, Robot, car
 from sym2real.robots.robot import GRAVITY
 from sym2real.symbolic import Equations
 
 RUNS = 8
-HORIZON = 0.8  # s
 Truth = Mapping[str, Mapping[str, float]]
 
 
@@ -160,54 +156,21 @@ BULLET: dict[str, tuple[Hexarotor, Truth]] = {
 
 @dataclass(frozen=True)
 class Options:
-    """Diagnose runs of other people's simulators."""
+    """Diagnose runs of other people's simulators.
+
+    Args:
+        cases: cases to run; all by default.
+        seed: of noise, dither and phases.
+        jobs: cases that run at the same time, each on one thread.
+        folder: every answer is kept here. Another version needs another folder.
+        json: write the figures to this file (- is standard output).
+    """
 
     cases: tuple[str, ...] = ()
-    """Cases to run; all by default."""
     seed: int = 7
-    """Of noise, dither and phases."""
+    jobs: int = 1
+    folder: Path = Path("build/bench/other_simulators")
     json: Path | None = None
-    """Write the figures to this file (- is standard output)."""
-
-
-@dataclass(frozen=True)
-class Answer:
-    """A case with its truth and what was said of it."""
-
-    case: str
-    truth: Truth
-    found: Diagnosis
-
-    def named(self, key: str) -> bool:
-        """Whether a finding is this effect, or stands for it."""
-        return any(same_group(key, finding.effect) for finding in self.found.findings)
-
-    def figures(self) -> list[Figure]:
-        """How many of the true effects were named, what else was, and each value beside its truth."""
-        findings = self.found.findings
-        extra = [one.effect for one in findings if not any(same_group(one.effect, key) for key in self.truth)]
-        missing = [key for key in self.truth if not self.named(key)]
-        rows = [
-            Figure(f"{self.case}: true effects not named{_list(missing)}", len(missing), ""),
-            Figure(f"{self.case}: others named{_list(extra)}", len(extra), "", "<= 0"),
-        ]
-        for finding in findings:
-            for name, value in self.truth.get(finding.effect, {}).items():
-                one = finding.parameters[name]
-                rows.append(Figure(f"{self.case}: {finding.effect} {name} (true {value:.4g})", one.value, one.unit))
-        if findings:
-            first, last = (_position(stage) for stage in (self.found.ladder[0], self.found.ladder[-1]))
-            rows.append(Figure(f"{self.case}: position error 0.8 s ahead, base", first, "m"))
-            rows.append(Figure(f"{self.case}: position error 0.8 s ahead, with the findings", last, "m"))
-        return rows
-
-
-def _list(names: list[str]) -> str:
-    return f" ({', '.join(names)})" if names else ""
-
-
-def _position(stage: Stage) -> float:
-    return stage.horizons[stage.nearest(HORIZON)]["position"].value
 
 
 @dataclass(frozen=True)
@@ -219,14 +182,21 @@ class Question:
         truth: hidden effects with their values.
         runs: simulates by a seed.
         base: equations to diagnose.
-        simulator: plain one to calibrate them in, if there is one.
+        simulator: robot whose plain simulator calibrates them, if there is one.
     """
 
     case: str
     truth: Truth
     runs: Callable[[int], Dataset]
     base: Equations
-    simulator: MujocoPlant | None = None
+    simulator: Robot | None = None
+
+    def answer(self, seed: int, tell: Tell) -> Record:
+        """What is true, and what is said of it."""
+        tell("simulating")
+        data, plant = self.runs(seed), None if self.simulator is None else MujocoPlant(self.simulator)
+        truth = {key: dict(values) for key, values in self.truth.items()}
+        return {"truth": truth, **answer_of(diagnose(self.base, data, plant, on_progress=tell))}
 
 
 def standard_runs(robot: Robot, plant: Callable[[np.random.Generator], Plant], seed: int) -> Dataset:
@@ -240,10 +210,10 @@ def questions() -> Iterator[Question]:
     flyer, driver = ROBOTS["crazyflie"], ROBOTS["mushr"]
     for case, (quadrotor, truth) in flights().items():
         runs = partial(standard_runs, flyer, partial(RotorpyPlant, quadrotor))
-        yield Question(case, truth, runs, cached_base(flyer), MujocoPlant(flyer))
+        yield Question(case, truth, runs, cached_base(flyer), flyer)
     for case, identified in IDENTIFIED.items():
         runs = partial(standard_runs, flyer, partial(LsyPlant, identified))
-        yield Question(case, identified.truth, runs, cached_base(flyer), MujocoPlant(flyer))
+        yield Question(case, identified.truth, runs, cached_base(flyer), flyer)
     for case, (hexarotor, truth) in BULLET.items():
         yield Question(case, truth, partial(flights_in_bullet, hexarotor), ROBOTS["hexarotor"].nominal())
     for case, (told, truth) in DRIVES.items():
@@ -256,19 +226,27 @@ def questions() -> Iterator[Question]:
         yield Question(case, race_car.truth, partial(races, race_car), car(RACE_WHEELBASE))
 
 
-def answer(question: Question, seed: int, console: Console) -> Answer:
-    """Simulate, diagnose, print what was found beside what is true."""
-    case = question.case
-    with console.status(f"{case}: simulating") as status:
-        data = question.runs(seed)
-        said = diagnose(
-            question.base, data, question.simulator, on_progress=lambda text: status.update(f"{case}: {text}")
-        )
-    console.rule(case)
-    console.print(diagnosis_report(said))
-    shown = ", ".join(f"{key} {dict(values)}" for key, values in question.truth.items()) or "nothing"
-    console.print(f"[bold]Truth[/] {escape(shown)}\n")
-    return Answer(case, question.truth, said)
+def figures(case: str, record: Record) -> list[Figure]:
+    """How many of the true effects were named, what else was, and each value beside its truth."""
+    truth, errors = record["truth"], record["position_error"]
+    extra = [one["effect"] for one in record["findings"] if not any(stands_for(one, key) for key in truth)]
+    missing = [key for key in truth if not named(record, key)]
+    rows = [
+        Figure(f"{case}: true effects not named{_list(missing)}", len(missing), ""),
+        Figure(f"{case}: others named{_list(extra)}", len(extra), "", "<= 0"),
+    ]
+    for one in record["findings"]:
+        for name, value in truth.get(one["effect"], {}).items():
+            found = one["parameters"][name]
+            rows.append(Figure(f"{case}: {one['effect']} {name} (true {value:.4g})", found["value"], found["unit"]))
+    if record["findings"]:
+        rows.append(Figure(f"{case}: position error {HORIZON} s ahead, base", errors[0], "m"))
+        rows.append(Figure(f"{case}: position error {HORIZON} s ahead, with the findings", errors[-1], "m"))
+    return rows
+
+
+def _list(names: list[str]) -> str:
+    return f" ({', '.join(names)})" if names else ""
 
 
 def main(options: Options) -> None:
@@ -277,14 +255,16 @@ def main(options: Options) -> None:
     Raises:
         UnknownNameError: for a case that does not exist.
     """
-    torch.set_num_threads(1)
-    asked = {question.case: question for question in questions()}
+    known = {question.case: question for question in questions()}
     for case in options.cases:
-        if case not in asked:
-            raise UnknownNameError("case", case, asked)
-    console = Console(stderr=options.json == Path("-"))
-    answers = [answer(asked[case], options.seed, console) for case in options.cases or asked]
-    rows = [row for one in answers for row in one.figures()]
+        if case not in known:
+            raise UnknownNameError("case", case, known)
+    cases = options.cases or tuple(known)
+    jobs = [Asked(case, {"seed": options.seed}, partial(known[case].answer, options.seed)) for case in cases]
+    records = dict(zip(cases, answers_of(jobs, options.folder, options.jobs), strict=True))
+    said = ((case, ", ".join(one["truth"]), one["verdict"], ", ".join(names(one))) for case, one in records.items())
+    print_table("what was found", ("case", "truth", "verdict", "found"), said)
+    rows = [row for case, one in records.items() for row in figures(case, one)]
     report("Simulators that are not ours", rows, (options.seed,), options.json)
 
 

@@ -1,4 +1,4 @@
-"""Diagnoses of the measured logs beside what is known of them: verdict, findings, ladder, truth.
+"""Diagnoses of the measured logs: verdict, findings, ladder, and figures beside what is known (docs/real_logs.md).
 
 The sets lie outside the project (``../shared/data`` beside the checkout, or ``SYM2REAL_DATA``). A base is learned in
 the plain simulator, or made of first principles; the sets whose interface is a thrust with a measured attitude, or four
@@ -23,7 +23,6 @@ from figures import Figure, report
 from motor_level import motor_level_equations
 from real_scores import Answer, battery_figures, car_figures, penny_figures, wind_figures
 from rich.console import Console
-from rich.markup import escape
 
 from sym2real.diagnosis import diagnose
 from sym2real.experiments.models import cached_base
@@ -33,29 +32,8 @@ from sym2real.report.diagnosis import diagnosis_report
 from sym2real.robots import ROBOTS, car, quadrotor
 from sym2real.symbolic import Equations
 
-BESIDE = Path(__file__).resolve().parents[3] / "shared" / "data"
+DATA = Path(os.environ.get("SYM2REAL_DATA", Path(__file__).resolve().parents[3] / "shared" / "data"))
 WHEELBASE = 0.2955  # m, FACTS of the robot
-TRUTH = {
-    "crazyflie_two_pennies": (
-        "wy has the wrong sign; thrust over mass 0.67 (5 g of pennies in it, mass and thrust gain are one in hover); "
-        "rate commands 40 ms late and 56 to 68 ms slow, thrust 20 to 40 ms late and 90 to 120 ms slow; trim of about "
-        "1 degree in roll and pitch; weak yaw response"
-    ),
-    "mushr_steering_offset": (
-        "speed stops at 0.87 m/s; steering +0.10 rad injected (+0.12 with a steering gain of 0.68, +0.08 without); "
-        "speed 150 to 200 ms late and 0.1 to 0.3 s slow, steering 200 ms late; yaw bias 0.056 rad with a lever arm of "
-        "0.14 m"
-    ),
-    "quadrotor_wind": (
-        "constant force along -x of 1.2, 3.1, 5.8 m/s² at 4.2, 8.5, 12.1 m/s; drag second; without wind a thrust curve "
-        "(exponent about 1.35) first and a trim of 0.5 m/s²; 70p20sint: the wind swings with sin t"
-    ),
-    "crazyflie_battery_drag": (
-        "drag over mass 0.40 ± 0.07 (x) and 0.41 ± 0.02 1/s (y); thrust 0.2 to 0.3 1/V; trim of the frame 1 to 2 "
-        "degrees"
-    ),
-}
-
 SCORES = {
     "crazyflie_two_pennies": penny_figures,
     "mushr_steering_offset": car_figures,
@@ -66,14 +44,17 @@ SCORES = {
 
 @dataclass(frozen=True)
 class Options:
-    """Diagnose the measured logs."""
+    """Diagnose the measured logs.
 
-    data: Path = Path(os.environ.get("SYM2REAL_DATA", BESIDE))
-    """Folder with the sets."""
-    sets: tuple[str, ...] = tuple(TRUTH)
-    """Sets to diagnose."""
+    Args:
+        data: folder with the sets.
+        sets: sets to diagnose.
+        json: write the figures to this file (- is standard output).
+    """
+
+    data: Path = DATA
+    sets: tuple[str, ...] = tuple(SCORES)
     json: Path | None = None
-    """Write the figures to this file (- is standard output)."""
 
 
 def bases(name: str, logs: list[Path]) -> Iterator[tuple[str, Equations, MujocoPlant | None]]:
@@ -109,7 +90,6 @@ def answers(options: Options, name: str, console: Console) -> Iterator[Answer]:
                 found = diagnose(equations, data, plant, on_progress=status.update)
             console.rule(f"{title}, {base}")
             console.print(diagnosis_report(found))
-            console.print(f"[bold]Truth[/] {escape(TRUTH[name])}\n")
             yield Answer(title, base, found, data, equations)
 
 

@@ -1,40 +1,72 @@
-"""What benches of many cases share: seeds, answers that are kept, shares with intervals."""
+"""What benches of many cases share: seeds, questions, answers that are kept, tables of them, shares with intervals."""
 
 from __future__ import annotations
 
+import re
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated
 
+import numpy as np
+import tyro
+from answers import Record
 from figures import Figure
+from rich.console import Console
+from rich.table import Table
 from scipy import stats
 
-from sym2real.experiments.study.sweep import Job, Progress, run_sweep
-
-Record = dict[str, Any]
+from sym2real.experiments.study.sweep import Job, Progress, Tell, run_sweep
 
 # Of cases that anybody may look at; those of the final run are in sealed_seeds.py.
 DEVELOPMENT = 6_000_000
 
 
 @dataclass(frozen=True)
+class Asked:
+    """A :class:`~sym2real.experiments.study.sweep.Job`: one question of a bench.
+
+    Args:
+        title: unlike any other's.
+        asked: what the answer depends on.
+        answer: gives it; takes what takes a line about what is going on.
+    """
+
+    title: str
+    asked: Record
+    answer: Callable[[Tell], Record]
+
+    @property
+    def name(self) -> str:
+        """Of its file."""
+        return re.sub(r"[^\w.#=-]+", "_", self.title)
+
+    def run(self, tell: Tell) -> Record:
+        """The answer."""
+        return self.answer(tell)
+
+
+@dataclass(frozen=True)
 class Settings:
-    """How much is run, and where answers stay."""
+    """How much is run, and where answers stay.
+
+    Args:
+        cases: cases, of each robot where there are two; one seed each.
+        seeds: these seeds instead, one case each.
+        sealed: take the seeds of the final run, which nothing was tuned on.
+        jobs: cases that run at the same time, each on one thread.
+        folder: every answer is kept here, by bench; a run that was stopped goes on. Another version needs another
+            folder.
+        json: write the figures to this file (- is standard output).
+    """
 
     cases: int = 4
-    """Cases, of each robot where there are two; one seed each."""
     seeds: tuple[int, ...] = ()
-    """These seeds instead, one case each."""
     sealed: bool = False
-    """Take the seeds of the final run, which nothing was tuned on."""
     jobs: int = 1
-    """Cases that run at the same time, each on one thread."""
     folder: Path = Path("build/bench")
-    """Every answer is kept here, by bench; a run that was stopped goes on. Another version needs another folder."""
     json: Path | None = None
-    """Write the figures to this file (- is standard output)."""
 
     def seeds_of(self, bench: str) -> list[int]:
         """A seed per case."""
@@ -57,13 +89,30 @@ class Settings:
         Raises:
             ModelError: when jobs failed, once all others are answered.
         """
-        found = run_sweep(jobs, self.place(bench), workers=self.jobs, on_progress=_say)
-        return [found[job.name] for job in jobs]
+        return answers_of(jobs, self.place(bench), self.jobs)
+
+
+# Among the options of a bench that has others beside them.
+Run = Annotated[Settings, tyro.conf.arg(name="")]
+
+
+def answers_of(jobs: Sequence[Job], folder: Path, workers: int) -> list[Record]:
+    """Answers of jobs, kept in a folder; order, progress and errors as of :meth:`Settings.answers`."""
+    found = run_sweep(jobs, folder, workers=workers, on_progress=_say)
+    return [found[job.name] for job in jobs]
 
 
 def _say(progress: Progress) -> None:
     newest = f" {progress.newest} ({progress.seconds:.0f} s)" if progress.newest else ""
     print(f"{progress.done}/{progress.total}{newest}", file=sys.stderr, flush=True)
+
+
+def print_table(title: str, headings: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
+    """What was said, on standard error."""
+    table = Table(*headings, title=title, title_justify="left")
+    for row in rows:
+        table.add_row(*row)
+    Console(stderr=True).print(table)
 
 
 def share(name: str, flags: Iterable[bool], bar: str = "") -> list[Figure]:
@@ -75,3 +124,13 @@ def share(name: str, flags: Iterable[bool], bar: str = "") -> list[Figure]:
     interval = stats.binomtest(true, len(counted)).proportion_ci(0.95, method="wilson")
     said = f"{name}: {true} of {len(counted)} (95 %: {interval.low:.2f} to {interval.high:.2f})"
     return [Figure(said, true / len(counted), "", bar)]
+
+
+def spread(name: str, values: Sequence[float], unit: str = "", bar: str = "") -> list[Figure]:
+    """The median, which has a bar, and the 90th percentile; no figures of nothing."""
+    if not values:
+        return []
+    return [
+        Figure(f"{name}: median of {len(values)}", float(np.median(values)), unit, bar),
+        Figure(f"{name}: p90", float(np.quantile(values, 0.9)), unit),
+    ]

@@ -41,12 +41,15 @@ FOLLOWED = "performance.getEntriesByName('follow').map((one) => one.duration)"
 
 @dataclass(frozen=True)
 class Bench:
-    """Write the page of ten flights and five effects, open it, switch."""
+    """Write the page of ten flights and five effects, open it, switch.
+
+    Args:
+        quick: two flights instead of ten.
+        json: write the figures to this file.
+    """
 
     quick: bool = False
-    """Two flights instead of ten."""
     json: Path | None = None
-    """Write the figures to this file."""
 
     def run(self) -> None:
         """Measure, print, write."""

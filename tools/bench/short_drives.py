@@ -7,12 +7,12 @@ smallest that ``plan`` says these drives show.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import standard_trim
-from numpy.typing import ArrayLike
 
+from sym2real.control.logged import Replayed
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import Plan, plan
 from sym2real.effects import effect
@@ -24,7 +24,6 @@ from sym2real.plants import MujocoPlant, run_episode
 from sym2real.protocols import Change
 from sym2real.robots import MUSHR, Robot, car
 from sym2real.robots.mushr import WHEELBASE
-from sym2real.trajectory import Array
 
 SECONDS, DRIVES = 3.0, 20
 # Of pose estimates by scan matching indoors: a centimetre and half a degree.
@@ -52,31 +51,19 @@ def at_rate(rate: float) -> Robot:
     return replace(MUSHR, dt=1.0 / rate)
 
 
-@dataclass
-class Steps:
+def steps(dt: float, rows: int, rng: np.random.Generator) -> Replayed:
     """Steering and speed that jump to drawn values and stay there for a while, whatever the car does.
 
     Args:
         dt: control period in s.
+        rows: of a drive.
         rng: where the numbers come from.
     """
-
-    dt: float
-    rng: np.random.Generator
-
-    def reset(self) -> None:
-        """The next step draws anew."""
-        self._until, self._held = -1, np.zeros(2)
-
-    def remember(self, sent: ArrayLike) -> None:
-        """What was sent changes nothing."""
-
-    def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
-        """Steering and speed ``# (2,)``."""
-        if step > self._until:
-            self._held = np.array([self.rng.uniform(*STEER), self.rng.uniform(*SPEED)])
-            self._until = step + round(self.rng.uniform(*HELD) / self.dt)
-        return self._held
+    held = list[tuple[float, float]]()
+    while len(held) < rows:
+        command = rng.uniform(*STEER), rng.uniform(*SPEED)
+        held += [command] * (1 + round(rng.uniform(*HELD) / dt))
+    return Replayed(np.array(held))
 
 
 def drives(robot: Robot, seed: int, changes: tuple[Change, ...] = (), *, noisy: bool = True) -> Dataset:
@@ -97,8 +84,9 @@ def drives(robot: Robot, seed: int, changes: tuple[Change, ...] = (), *, noisy: 
         yaw, place = commands.uniform(-np.pi, np.pi), commands.uniform(-START, START, 2)
         speed = commands.uniform(*SPEED)
         start = np.array([*place, np.sin(yaw), np.cos(yaw), speed * np.cos(yaw), speed * np.sin(yaw), 0.0])
-        steps = round(SECONDS / robot.dt)
-        found.append(run_episode(plant, Steps(robot.dt, commands), start=start, steps=steps, name=f"drive_{index + 1}"))
+        rows = round(SECONDS / robot.dt)
+        sent = steps(robot.dt, rows, commands)
+        found.append(run_episode(plant, sent, start=start, steps=rows, name=f"drive_{index + 1}"))
     return Dataset(found)
 
 

@@ -1,36 +1,32 @@
 """What follows a right answer on the standard set: ``add X --fit`` of every true effect, and the found model diagnosed
 again, on the same logs and on logs with one more effect.
 
-Cases are single effects, spread evenly over the set; sealed ones have other noise, trim and axes. With ``--results``
-answers of ``hidden_effects.py`` are taken where they are there.
+Cases are single effects, spread evenly over the set; sealed ones have other noise, trim and axes.
 
     python tools/bench/standard_answers.py --cases 2
-    python tools/bench/standard_answers.py --cases 60 --results build/hidden.jsonl
+    python tools/bench/standard_answers.py --cases 60 --sealed
 """
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from pathlib import Path
-from typing import Annotated
+from functools import partial
 
 import numpy as np
 import tyro
-from answers import Record, named, names, stands_for
+from answers import Record, named, names
 from bases import Base, base_of, diagnosed
 from figures import Figure, report
 from null_logs import alarm
-from repeated import Settings, share
-from rich.console import Console
-from rich.table import Table
+from repeated import Asked, Run, Settings, print_table, share
 from standard_cases import standard_cases
 from standard_set import Case, simulate_case
 
 from sym2real.cli.found import plain_simulator
 from sym2real.diagnosis import add, try_effect
 from sym2real.effects import same_group
+from sym2real.experiments.study.sweep import Tell
 from sym2real.symbolic import Equations
 
 BENCH = "standard answers"
@@ -38,60 +34,47 @@ BENCH = "standard answers"
 
 @dataclass(frozen=True)
 class Options:
-    """Ask on after a diagnosis."""
+    """Ask on after a diagnosis.
 
-    run: Annotated[Settings, tyro.conf.arg(name="")] = field(default_factory=Settings)
+    Args:
+        robots: robots to run.
+    """
+
+    run: Run = field(default_factory=Settings)
     robots: tuple[str, ...] = ("crazyflie", "mushr")
-    """Robots to run."""
-    results: Path | None = None
-    """Answers of hidden_effects.py to reuse."""
 
 
-@dataclass(frozen=True)
-class Followed:
-    """A :class:`~sym2real.experiments.study.sweep.Job`: one case with all that follows.
+def followed(base: Base, case: Case, more: tuple[str, dict[str, float]]) -> Asked:
+    """One case with all that follows.
 
     Args:
         base: of the robot.
         case: with one effect.
         more: a second effect with its values, from another case.
-        answer: of ``diagnose``, if it is known already.
     """
+    asked = {"case": case.name, "more": more[0]}
+    return Asked(f"{case.robot} {case.keys[0]} {case.seed}", asked, partial(answers, base, case, more))
 
-    base: Base
-    case: Case
-    more: tuple[str, dict[str, float]]
-    answer: Record | None
 
-    @property
-    def name(self) -> str:
-        """Of its file."""
-        return f"{self.case.robot}_{self.case.keys[0].replace(':', '_')}_{self.case.seed}"
-
-    @property
-    def asked(self) -> Record:
-        """What the answer depends on."""
-        return {"case": self.case.name, "more": self.more[0]}
-
-    def run(self, tell: Callable[[str], None]) -> Record:
-        """All four answers."""
-        (key,), equations, data = self.case.keys, self.base.equations, simulate_case(self.case)
-        tell("fitting")
-        tried = try_effect(equations, key, data, plain_simulator(equations))
-        tell("diagnosing")
-        answer = self.answer or diagnosed(equations, data)
-        tell("diagnosing what was found")
-        informed = with_findings(equations, answer)
-        again = diagnosed(informed, data)
-        tell("diagnosing one more")
-        both = replace(self.case, effects=(*self.case.effects, self.more))
-        further = diagnosed(informed, simulate_case(both))
-        alike = any(one.as_good and not same_group(one.effect, key) for one in tried.rivals)
-        fit = {"supported": tried.supported, "alike": alike, "gain": tried.gain}
-        return {
-            **{"robot": self.case.robot, "truth": key, "more": self.more[0], "fit": fit},
-            **{"answer": answer, "again": again, "further": further},
-        }
+def answers(base: Base, case: Case, more: tuple[str, dict[str, float]], tell: Tell) -> Record:
+    """All four answers."""
+    (key,), equations, data = case.keys, base.equations, simulate_case(case)
+    tell("fitting")
+    tried = try_effect(equations, key, data, plain_simulator(equations))
+    tell("diagnosing")
+    answer = diagnosed(equations, data)
+    tell("diagnosing what was found")
+    informed = with_findings(equations, answer)
+    again = diagnosed(informed, data)
+    tell("diagnosing one more")
+    both = replace(case, effects=(*case.effects, more))
+    further = diagnosed(informed, simulate_case(both))
+    alike = any(one.as_good and not same_group(one.effect, key) for one in tried.rivals)
+    fit = {"supported": tried.supported, "alike": alike, "gain": tried.gain}
+    return {
+        **{"robot": case.robot, "truth": key, "more": more[0], "fit": fit},
+        **{"answer": answer, "again": again, "further": further},
+    }
 
 
 def with_findings(equations: Equations, answer: Record) -> Equations:
@@ -117,56 +100,40 @@ def chosen(options: Options, robot: str) -> Iterator[tuple[Case, tuple[str, dict
         yield case, (key, dict(values))
 
 
-def kept(results: Path | None) -> dict[str, Record]:
-    """Answers of ``hidden_effects.py`` by the case's name; none without a file."""
-    if results is None:
-        return {}
-    lines = [json.loads(line) for line in results.read_text().splitlines() if line.endswith("}")]
-    return {one["name"].removeprefix("single: "): one for one in lines if one["kind"] == "single"}
-
-
-def consistent(record: Record) -> bool:
-    """Whether ``diagnose`` names an effect that ``add --fit`` supports with no rival as good."""
-    return named(record["answer"], record["truth"])
-
-
-def adds_it(record: Record) -> bool:
-    """Whether what is found further stands for the effect that came in addition."""
-    return any(stands_for(one, record["more"]) for one in record["further"]["findings"])
-
-
 def figures(records: Sequence[Record]) -> list[Figure]:
     """One per bar."""
     alone = [one for one in records if one["fit"]["supported"] and not one["fit"]["alike"]]
+    quiet = (not alarm(one["again"]) for one in records)
+    further = (named(one["further"], one["more"]) for one in records)
     return [
         *share("add X --fit of the true effect: supported", (one["fit"]["supported"] for one in records), ">= 0.95"),
-        *share("supported and nothing as good: diagnose names it or its group", map(consistent, alone), ">= 1"),
-        *share("the found model, again: nothing new", (not alarm(one["again"]) for one in records), ">= 0.95"),
-        *share("the found model, one more effect: that one named", map(adds_it, records), ">= 0.90"),
+        *share(
+            "supported and nothing as good: diagnose names it or its group",
+            (named(one["answer"], one["truth"]) for one in alone),
+            ">= 1",
+        ),
+        *share("the found model, again: nothing new", quiet, ">= 0.95"),
+        *share("the found model, one more effect: that one named", further, ">= 0.90"),
     ]
 
 
-def print_answers(records: Sequence[Record], console: Console) -> None:
+def said(record: Record) -> Sequence[str]:
     """What was said at every step."""
-    table = Table(title="what was said", title_justify="left")
-    for heading in ("robot", "truth", "add --fit", "diagnose", "again", "one more", "named"):
-        table.add_column(heading, overflow="fold")
-    for one in records:
-        fit = f"{'supported' if one['fit']['supported'] else 'not supported'} {one['fit']['gain']:.2f}"
-        said = [", ".join(names(one[step])) or one[step]["verdict"] for step in ("answer", "again", "further")]
-        table.add_row(one["robot"], one["truth"], fit, said[0], said[1], one["more"], said[2])
-    console.print(table)
+    fit = f"{'supported' if record['fit']['supported'] else 'not supported'} {record['fit']['gain']:.2f}"
+    steps = (", ".join(names(record[step])) or record[step]["verdict"] for step in ("answer", "again", "further"))
+    return record["robot"], record["truth"], fit, record["more"], *steps
 
 
 def main(options: Options) -> None:
     """Simulate, fit, diagnose, print, write."""
-    known, jobs = kept(options.results), []
+    jobs = []
     for robot in options.robots:
         base = base_of(robot, "simulator", options.run.place(BENCH))
-        jobs += [Followed(base, case, more, known.get(case.name)) for case, more in chosen(options, robot)]
-    records = options.run.answers(BENCH, jobs)
-    print_answers(records, Console(stderr=True))
-    report(BENCH, figures(records), sorted({job.case.seed for job in jobs}), options.run.json)
+        jobs += [(case.seed, followed(base, case, more)) for case, more in chosen(options, robot)]
+    records = options.run.answers(BENCH, [job for _, job in jobs])
+    headings = ("robot", "truth", "add --fit", "one more", "diagnose", "again", "with one more")
+    print_table("what was said", headings, map(said, records))
+    report(BENCH, figures(records), sorted({seed for seed, _ in jobs}), options.run.json)
 
 
 if __name__ == "__main__":

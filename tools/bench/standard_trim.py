@@ -11,15 +11,8 @@ from typing import Any
 import numpy as np
 
 from sym2real.effects import effect
+from sym2real.experiments import standard_conditions as conditions
 from sym2real.experiments.excitation import ColouredNoise
-from sym2real.experiments.standard_conditions import (
-    COMMANDS,
-    COMMANDS_TIME,
-    FORCE,
-    FORCE_TIME,
-    TORQUE,
-    TORQUE_TIME,
-)
 from sym2real.protocols import Change
 from sym2real.robots import Robot
 from sym2real.tasks.task import flies
@@ -70,14 +63,14 @@ def disturbance(robot: Robot, rng: np.random.Generator) -> Change:
     """Force and torque on a quadrotor; noise of steering and speed on a car, behind its commands."""
     if flies(robot):
         return Change("", force=_push(robot, rng))
-    noise = ColouredNoise(COMMANDS, COMMANDS_TIME, robot.dt, rng)
+    noise = ColouredNoise(conditions.COMMANDS, conditions.COMMANDS_TIME, robot.dt, rng)
     return Change("", command=lambda: lambda action: action + noise.next())
 
 
 def _push(robot: Robot, rng: np.random.Generator) -> Callable[[Any, Any], None]:
     """Held over a control period, which is short beside the processes' time constants."""
-    force = ColouredNoise(FORCE, FORCE_TIME, robot.dt, rng)
-    torque = ColouredNoise(TORQUE, TORQUE_TIME, robot.dt, rng)
+    force = ColouredNoise(conditions.FORCE, conditions.FORCE_TIME, robot.dt, rng)
+    torque = ColouredNoise(conditions.TORQUE, conditions.TORQUE_TIME, robot.dt, rng)
     held = [force.next(), torque.next()]
     calls = 0
 

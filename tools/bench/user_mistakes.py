@@ -12,9 +12,9 @@ list has are spread evenly over it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Annotated
+from functools import partial
 
 import numpy as np
 import tyro
@@ -25,14 +25,13 @@ from mistakes import Mistake
 from mistakes_list import MISTAKES
 from mistakes_of_joints import JOINTS
 from new_robots import logs
-from repeated import Settings, share
-from rich.console import Console
-from rich.table import Table
+from repeated import Asked, Run, Settings, print_table, share
 from standard_set import Case, simulate_case
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import compare
 from sym2real.errors import Sym2RealError
+from sym2real.experiments.study.sweep import Tell
 from sym2real.symbolic import Equations
 
 BENCH, HEALTHY = "user mistakes", "none"
@@ -41,44 +40,33 @@ RUNS = 4
 
 @dataclass(frozen=True)
 class Options:
-    """Make mistakes in healthy logs."""
+    """Make mistakes in healthy logs.
 
-    run: Annotated[Settings, tyro.conf.arg(name="")] = field(default_factory=Settings)
+    Args:
+        robots: robots to run.
+        only: only these mistakes, by name.
+    """
+
+    run: Run = field(default_factory=Settings)
     robots: tuple[str, ...] = ("crazyflie", "mushr")
-    """Robots to run."""
     only: tuple[str, ...] = ()
-    """Only these mistakes, by name."""
 
 
-@dataclass(frozen=True)
-class Made:
-    """A :class:`~sym2real.experiments.study.sweep.Job`: one mistake, of a size that the seed draws."""
+def made(base: Base, mistake: str, seed: int) -> Asked:
+    """One mistake, of a size that the seed draws."""
+    asked = {"robot": base.robot, "mistake": mistake, "seed": seed}
+    return Asked(f"{base.robot} {mistake} {seed}", asked, partial(answer, base, mistake, seed))
 
-    base: Base
-    mistake: str
-    seed: int
 
-    @property
-    def name(self) -> str:
-        """Of its file."""
-        words = "".join(letter if letter.isalnum() else "_" for letter in self.mistake)
-        return f"{self.base.robot}_{words}_{self.seed}"
-
-    @property
-    def asked(self) -> Record:
-        """What the answer depends on."""
-        return {"robot": self.base.robot, "mistake": self.mistake, "seed": self.seed}
-
-    def run(self, tell: Callable[[str], None]) -> Record:
-        """What ``diagnose`` and ``compare`` say."""
-        data, equations = healthy(self.base.robot, self.seed), self.base.equations
-        if self.mistake != HEALTHY:
-            data = listed(self.base.robot, self.mistake).made(data, self.seed)
-        tell("diagnosing")
-        answer = diagnosed(equations, data)
-        tell("comparing")
-        said = compared(equations, data)
-        return {"answer": answer, "compare": said}
+def answer(base: Base, mistake: str, seed: int, tell: Tell) -> Record:
+    """What ``diagnose`` and ``compare`` say."""
+    data, equations = healthy(base.robot, seed), base.equations
+    if mistake != HEALTHY:
+        data = listed(base.robot, mistake).made(data, seed)
+    tell("diagnosing")
+    found = diagnosed(equations, data)
+    tell("comparing")
+    return {"answer": found, "compare": compared(equations, data)}
 
 
 def healthy(robot: str, seed: int) -> Dataset:
@@ -159,31 +147,24 @@ def figures(records: Sequence[Record]) -> list[Figure]:
     return found + share("named in healthy logs, of all mistakes", named_in_healthy_logs(records), "<= 0")
 
 
-def print_answers(records: Sequence[Record], console: Console) -> None:
-    """What was said of each."""
-    table = Table(title="what was said", title_justify="left")
-    for heading in ("robot", "mistake", "verdict", "first finding", "faults"):
-        table.add_column(heading, overflow="fold")
-    for record in records:
-        answer, asked = record["answer"], record["asked"]
-        (verdict,) = verdicts([record]) or [{"named": True}]
-        colour = "green" if verdict["named"] else "red" if verdict["wrong"] else "yellow"
-        faults = "; ".join(fault["effect"] or fault["evidence"].partition(":")[0] for fault in answer["faults"])
-        shown = (asked["mistake"], answer["verdict"], first(answer), faults)
-        table.add_row(asked["robot"], *(f"[{colour}]{text}[/]" for text in shown))
-    console.print(table)
+def said(record: Record) -> Sequence[str]:
+    """What was said of a mistake, and whether it is named by that."""
+    found, asked = record["answer"], record["asked"]
+    (verdict,) = verdicts([record]) or [{"named": True}]
+    faults = "; ".join(fault["effect"] or fault["evidence"].partition(":")[0] for fault in found["faults"])
+    return asked["robot"], asked["mistake"], str(verdict["named"]), found["verdict"], first(found), faults
 
 
 def main(options: Options) -> None:
     """Simulate, spoil, diagnose, compare, print, write."""
-    place, jobs = options.run.place(BENCH), list[Made]()
+    place, jobs = options.run.place(BENCH), list[Asked]()
     for robot in options.robots:
         base = base_of(robot, "simulator", place)
-        jobs += [Made(base, name, seed) for name, seed in chosen(options, robot)]
-        jobs.append(Made(base, HEALTHY, options.run.seeds_of(BENCH)[0]))
+        jobs += [made(base, name, seed) for name, seed in chosen(options, robot)]
+        jobs.append(made(base, HEALTHY, options.run.seeds_of(BENCH)[0]))
     records = options.run.answers(BENCH, jobs)
-    print_answers(records, Console(stderr=True))
-    report(BENCH, figures(records), sorted({job.seed for job in jobs}), options.run.json)
+    print_table("what was said", ("robot", "mistake", "named", "verdict", "found", "faults"), map(said, records))
+    report(BENCH, figures(records), sorted({job.asked["seed"] for job in jobs}), options.run.json)
 
 
 if __name__ == "__main__":

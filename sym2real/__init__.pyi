@@ -29,6 +29,7 @@ from sym2real.plants import MujocoPlant as MujocoPlant
 from sym2real.plants import run_episode as run_episode
 from sym2real.regression import ENGINES as ENGINES
 from sym2real.regression import BeamSearch as BeamSearch
+from sym2real.regression import Operon as Operon
 from sym2real.regression import PySR as PySR
 from sym2real.robots import ROBOTS as ROBOTS
 from sym2real.robots import Robot as Robot

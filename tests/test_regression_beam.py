@@ -219,5 +219,5 @@ def test_equations_with_columns_that_rows_lack_are_not_judged_by_them() -> None:
 
 
 def test_engines_are_named() -> None:
-    assert list(ENGINES) == ["beam", "pysr"]
+    assert list(ENGINES) == ["beam", "pysr", "operon"]
     assert ENGINES["beam"] is BeamSearch

@@ -58,6 +58,7 @@ SIBLINGS_ALLOWED = {
 }  # fmt: skip
 OWNERS = {
     "mujoco": {"plants", "robots"},
+    "pyoperon": {"regression"},
     "pysr": {"regression"},
     "matplotlib": {"report"},
     "jinja2": {"report"},

@@ -21,7 +21,7 @@ task = make_task("circle", robot)
 print(robot.title, "measures", *robot.layouts.state, "and takes", *robot.layouts.action)
 
 # Stage I of the paper: a first episode of random commands, a fit, an episode that MPPI drives with that fit,
-# another fit, and so on. Beam search is the default engine; PySR has the same interface.
+# another fit, and so on. Beam search is the default engine; Operon and PySR have the same interface.
 
 settings = StageOne(episodes=2 if SHORT else 5, steps=100 if SHORT else 400, pushed=False)
 base = learn_base(plant, [task], BeamSearch(angles=robot.recipe.angles), settings)

@@ -45,7 +45,7 @@ class Learn(OfLogs):
     """Numbers of the robot that --data was measured on, NAME=VALUE in SI units (mass=0.032); else the registered.
     Effects that act by them need them: a centre of mass that is off is tested where jx, jy and jz are known."""
     engine: str = "beam"
-    """Search engine: beam (built in) or pysr (an extra)."""
+    """Search engine: beam (built in), operon or pysr (extras)."""
     episodes: OptionalCount = None
     """At most so many episodes; by default 10 for a quadrotor and 20 for a car, fewer when nothing gets better. Of a
     robot of joints or of wheels on one axle the base is its first-principles equations unless this is given."""

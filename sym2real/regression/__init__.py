@@ -1,7 +1,7 @@
 """Symbolic regression: engines that turn transitions into equations, and the check of what they depend on.
 
 >>> list(ENGINES)
-['beam', 'pysr']
+['beam', 'pysr', 'operon']
 """
 
 from __future__ import annotations
@@ -15,8 +15,11 @@ from sym2real.regression.dependence_check import Dependence as Dependence
 from sym2real.regression.dependence_check import dependence as dependence
 from sym2real.regression.dependence_check import require_dependence as require_dependence
 from sym2real.regression.numeric import fit_quality as fit_quality
+from sym2real.regression.operon import Operon as Operon
 from sym2real.regression.pysr import PySR as PySR
 from sym2real.regression.selection import SearchSettings as SearchSettings
 from sym2real.symbolic import Equations
 
-ENGINES: Registry[Callable[..., SymbolicRegressor[Equations]]] = Registry("engine", {"beam": BeamSearch, "pysr": PySR})
+ENGINES: Registry[Callable[..., SymbolicRegressor[Equations]]] = Registry(
+    "engine", {"beam": BeamSearch, "pysr": PySR, "operon": Operon}
+)

@@ -1,0 +1,42 @@
+"""The hardware loop: how steady its period is, what happens when a part fails, and the car over ROS 1.
+
+It runs hardware_timing.py, hardware_faults.py and hardware_car.py one after the other; each also runs alone.
+
+    python tools/bench/hardware_loop.py
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import hardware_car
+import hardware_faults
+import hardware_timing
+import tyro
+from figures import report
+from rich.console import Console
+
+
+@dataclass(frozen=True)
+class Options:
+    """Measure the loop's period, inject faults, drive the car."""
+
+    quick: bool = False
+    """One hover of 5 s, one adaptation."""
+    out: Path | None = None
+    """Folder that keeps every hover; the same command goes on with those that are missing."""
+    json: Path | None = None
+    """Write the figures to this file (- is standard output)."""
+
+
+def main(options: Options) -> None:
+    """Print all tables; write the figures."""
+    figures = hardware_faults.faults(Console(stderr=options.json == Path("-")))
+    figures += hardware_timing.timing(hardware_timing.Options(quick=options.quick, out=options.out))
+    figures += hardware_car.car(hardware_car.Options(seeds=1 if options.quick else 3))
+    report("The hardware loop, over UDP and ROS 1", figures, [], options.json)
+
+
+if __name__ == "__main__":
+    main(tyro.cli(Options, description=__doc__))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from adaptation_bars import Bars
-from figures import Figure, machine, markdown
+from figures import Figure, machine
 
 from sym2real.experiments.study.case import Suite
 from sym2real.experiments.study.curves import Curve
@@ -17,6 +17,7 @@ CONTESTANTS = {
     "sr-effect": "SR\\*+effect",
     "sr-effect-nn": "SR\\*+effect+NN",
 }
+VERDICTS = {None: "", True: "holds", False: "**missed**"}
 PAGE = """# Results of the adaptation study
 
 Written by `python tools/bench/adaptation.py --page docs/adaptation_figures.md`; what the words mean stands in
@@ -30,6 +31,8 @@ simulator; – where that was not run.
 |---|---|---:|---:|---:|---:|---:|---:|
 {errors}
 
+| figure | value | unit | bar | |
+|---|---:|---|---|---|
 {bars}
 """
 
@@ -48,7 +51,7 @@ def page(bars: Bars, suites: Sequence[Suite], figures: Sequence[Figure]) -> str:
         processor=about["processor"],
         cores=about["cores"],
         errors="\n".join(row for suite in suites for row in _rows(bars, suite)),
-        bars="\n".join(markdown(figures)),
+        bars="\n".join(_bar(figure) for figure in figures),
     )
 
 
@@ -66,3 +69,8 @@ def _rows(bars: Bars, suite: Suite) -> list[str]:
 def _errors(curve: Curve) -> str:
     parts = (curve.zero_shot, curve.after(1), curve.after(5), curve.final)
     return " | ".join(f"{part.mean():.4f}" for part in parts)
+
+
+def _bar(figure: Figure) -> str:
+    name = figure.name.replace("*", "\\*")
+    return f"| {name} | {figure.value:.4g} | {figure.unit} | {figure.bar} | {VERDICTS[figure.holds]} |"

@@ -66,13 +66,6 @@ def _processor() -> str:
     return platform.processor()
 
 
-def markdown(figures: Sequence[Figure]) -> list[str]:
-    """Lines of a table for the docs."""
-    words = {None: "", True: "holds", False: "**missed**"}
-    rows = [(f.name.replace("*", "\\*"), f"{f.value:.4g}", f.unit, f.bar, words[f.holds]) for f in figures]
-    return ["| figure | value | unit | bar | |", "|---|---:|---|---|---|", *(f"| {' | '.join(row)} |" for row in rows)]
-
-
 def report(title: str, figures: Sequence[Figure], seeds: Sequence[int], json_file: Path | None) -> None:
     """Print the table; write it as JSON where a file is given ("-" is standard output, and then the table is not)."""
     console = Console(stderr=json_file == Path("-"))

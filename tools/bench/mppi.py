@@ -1,10 +1,11 @@
-"""MPPI's back ends beside other libraries, in one run: interleaved rounds, medians and p99, and ratios.
+"""MPPI's back ends beside other libraries, in one run: interleaved rounds, medians and p99, ratios, a figure.
 
 Every contestant's rollout is compared with float64 torch before anything is timed. Pin the run to free cores:
 
-    taskset -c 0 .venv/bin/python tools/bench/mppi.py --equations ../shared/reference_equations.json
+    taskset -c 0 .venv/bin/python tools/bench/mppi.py --equations ../shared/reference_equations.json \\
+        --json docs/figures/mppi.json --figure docs/figures/mppi.png
 
-The extra ``bench`` brings pytorch-mppi and JAX; without JAX it is left out and said so. ``--device cuda`` (extra
+The extra ``bench`` brings JAX and sympytorch; what is not installed is left out and said so. ``--device cuda`` (extra
 ``gpu``) times the kernel and torch there, alone.
 """
 
@@ -19,10 +20,12 @@ from pathlib import Path
 import torch
 import tyro
 from figures import Figure, report
-from mppi_contestants import CONSOLE, Contestant, contestants, on_device
-from mppi_live import first_calls, held
-from mppi_models import subject, with_samples
-from mppi_table import tables
+from mppi_contestants import CONSOLE, LIMIT, Contestant, contestants, on_device
+from mppi_figure import draw
+from mppi_limit import SLOTS, multiply_adds
+from mppi_live import diagnosis, first_calls, held, import_time, with_samples
+from mppi_models import HORIZON, subject
+from mppi_table import markdown
 
 from sym2real.control.backend import device_of
 
@@ -44,8 +47,9 @@ class Options:
         rounds: rounds, in each of which every contestant runs at least once.
         seconds: length of each control loop.
         quick: 1024 samples, few rounds, short loops.
-        live: control loops and first calls.
+        live: control loops, first calls, import, diagnosis.
         json: write the figures to this file (- is standard output).
+        figure: draw the times to this file.
     """
 
     equations: Path = Path("../shared/reference_equations.json")
@@ -57,6 +61,7 @@ class Options:
     quick: bool = False
     live: bool = True
     json: Path | None = None
+    figure: Path | None = None
 
 
 def run(found: list[Contestant], rounds: int) -> None:
@@ -93,14 +98,17 @@ def main(options: Options) -> None:
             CONSOLE.print(f"{name}, {count} samples")
             found = contestants(one, count, others=count == MAIN) if here else on_device(one, count, options.device)
             run(found, rounds)
-            figures += times(name, count, found)
+            figures += times(name, count, [one for one in found if one.name != LIMIT])
             if count == MAIN and here:
-                figures += ratios(name, found)
+                figures += [*(shares(found, count) if name == "crazyflie" else []), *ratios(name, found)]
     if options.live and here:
         one = with_samples(subject("crazyflie", options.equations), MAIN)
         figures += [*first_calls(options.equations), *held(one, 5.0 if options.quick else options.seconds)]
+        figures += [import_time(), *diagnosis()]
     report("MPPI, one step over 40 periods", figures, [0], options.json)
-    CONSOLE.print(tables(figures), markup=False, soft_wrap=True)
+    CONSOLE.print(markdown(figures), markup=False, soft_wrap=True)
+    if options.figure is not None:
+        draw(figures, options.figure)
 
 
 def times(name: str, count: int, found: list[Contestant]) -> list[Figure]:
@@ -113,6 +121,18 @@ def times(name: str, count: int, found: list[Contestant]) -> list[Figure]:
         figures.append(Figure(label, 1e3 * one.median, "ms"))
         figures.append(Figure(f"{label}, p99", 1e3 * one.p99, "ms", bar))
     return figures
+
+
+def shares(found: list[Contestant], count: int) -> list[Figure]:
+    """The arithmetic limit over the kernel's time: of medians, and of the least times, which nobody disturbed."""
+    slots = SLOTS * count * HORIZON / multiply_adds()
+    limit, ours = (next(one for one in found if one.name == name) for name in (LIMIT, "c"))
+    return [
+        Figure("arithmetic limit of the reference equations", 1e3 * slots * limit.median, "ms"),
+        Figure("share of the arithmetic limit", 100 * slots * limit.median / ours.median, "%"),
+        Figure("arithmetic limit, least", 1e3 * slots * min(limit.seconds), "ms"),
+        Figure("share of the arithmetic limit, least times", 100 * slots * min(limit.seconds) / min(ours.seconds), "%"),
+    ]
 
 
 def ratios(name: str, found: list[Contestant]) -> list[Figure]:

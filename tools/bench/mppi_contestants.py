@@ -3,20 +3,34 @@
 from __future__ import annotations
 
 import importlib.util
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 import torch
-from mppi_models import HORIZON, Subject, residual, with_samples
-from mppi_rivals import Rollout, Step, remembering, with_jax, with_pytorch_mppi
+from mppi_limit import multiply_adds
+from mppi_live import with_samples
+from mppi_models import HORIZON, Subject, residual
+from mppi_rivals import (
+    Rollout,
+    Step,
+    own_module,
+    plain_module,
+    remembering,
+    stepped,
+    sympytorch_dynamics,
+    with_jax,
+    with_pytorch_mppi,
+)
 from rich.console import Console
 
 from sym2real.control import MPPI
 from sym2real.neural import Composed, Ensemble
-from sym2real.symbolic import build_module, compile_model, rollout
+from sym2real.symbolic import compile_model, rollout
 
 CONSOLE = Console(stderr=True)
 TOLERANCE = 1e-3  # of float32 rivals, relative to the largest state, over 40 steps
+LIMIT = "multiply-adds"
 COMMANDS = 10  # past ones that a residual with memory sees
 
 
@@ -77,9 +91,10 @@ def ours(one: Subject, model: object, **options: object) -> Step:
 
 def contestants(one: Subject, samples: int, others: bool) -> list[Contestant]:
     """Everybody for one robot and number of samples; slow ones only where ``others`` are asked for."""
-    here, module = with_samples(one, samples), compile_model(one.equations)
+    here, module = with_samples(one, samples), own_module(one)
     exact = compile_model(one.equations, dtype=torch.float64)
     found = [
+        Contestant(LIMIT, multiply_adds, 20),
         Contestant("c", ours(here, module, backend="c"), 20),
         Contestant("torch", ours(here, module, backend="torch"), 2),
     ]
@@ -91,10 +106,15 @@ def contestants(one: Subject, samples: int, others: bool) -> list[Contestant]:
         return found
     reference: Rollout = lambda state, actions: rollout(exact, state, actions)  # noqa: E731
     checked(one, "torch", lambda state, actions: rollout(module, state, actions), reference)
-    checked(one, "pytorch-mppi", lambda state, actions: rollout(module.forward, state, actions), reference)
+    checked(one, "pytorch-mppi", stepped(module), reference)
     found.append(Contestant("pytorch-mppi", with_pytorch_mppi(here, module, samples)))
-    plain = build_module(one.equations).float()  # what torch.compile can see through
-    found.append(Contestant("pytorch-mppi compiled", with_pytorch_mppi(here, plain, samples, compiled=True)))
+    found.append(
+        Contestant("pytorch-mppi compiled", with_pytorch_mppi(here, plain_module(one), samples, compiled=True))
+    )
+    if has("sympytorch"):
+        dynamics = sympytorch_dynamics(one)
+        checked(one, "sympytorch", stepped(dynamics), reference)
+        found.append(Contestant("pytorch-mppi, sympytorch", with_pytorch_mppi(here, dynamics, samples)))
     if has("jax"):
         _, roll = with_jax(one, 64)
         checked(one, "JAX scan", roll, reference)
@@ -131,6 +151,7 @@ def _networks(here: Subject, samples: int, small: Composed, late: Composed) -> l
         Contestant("c, residual 4×200", ours(here, wide, backend="c")),
         Contestant("torch, residual 4×200", ours(here, wide, backend="torch")),
         Contestant("ensemble, torch", ours(here, ensemble, backend="torch")),
+        Contestant("ensemble, oneDNN", ours(here, _one_dnn(ensemble, here), backend="torch")),
     ]
     if has("jax"):
         found.append(Contestant("ensemble, JAX", with_jax(here, samples, ensemble)[0]))
@@ -139,3 +160,23 @@ def _networks(here: Subject, samples: int, small: Composed, late: Composed) -> l
 
 def _in_double(one: Subject, widths: tuple[int, ...], commands: int = 0) -> Rollout:
     return Composed(one.equations, residual(one.robot, widths, commands), dtype=torch.float64).rollout
+
+
+def _one_dnn(ensemble: Ensemble, one: Subject) -> Callable[..., torch.Tensor]:
+    """The ensemble through oneDNN's linear layers, weights laid out for it beforehand."""
+    members = [
+        [(w[m].T.contiguous().to_mkldnn(), b[m, 0].to_mkldnn()) for w, b in ensemble.networks.pairs()]
+        for m in range(ensemble.networks.count)
+    ]
+
+    def model(state: torch.Tensor, action: torch.Tensor) -> torch.Tensor:
+        both = torch.cat([state, action], dim=-1).to_mkldnn()
+        total = 0
+        for layers in members:
+            values = both
+            for place, (weight, bias) in enumerate(layers):
+                values = torch._C._nn.mkldnn_linear(values.relu() if place else values, weight, bias)
+            total = total + values.to_dense()
+        return one.robot.layouts.state.normalise(state + total / len(members))
+
+    return model

@@ -1,4 +1,4 @@
-"""What a control loop feels: first calls, missed periods alone, beside busy processes and without a compiler."""
+"""What a control loop feels: first calls, missed periods alone and beside busy processes, the diagnosis, the import."""
 
 from __future__ import annotations
 
@@ -9,15 +9,22 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from contextlib import nullcontext
+from dataclasses import replace
 from pathlib import Path
-from unittest.mock import patch
 
 import numpy as np
 from figures import Figure
+from mppi_limit import multiply_adds
 from mppi_models import Subject
+from standard_cases import standard_cases
+from standard_set import simulate_case
 
 from sym2real.control import MPPI
+from sym2real.diagnosis import diagnose
+from sym2real.robots import ROBOTS
 from sym2real.symbolic import compile_model
+from sym2real.symbolic.native_choice import torch_alone
 
 PERIOD = 0.02
 
@@ -41,12 +48,26 @@ def first_calls(file: Path) -> list[Figure]:
     code = FIRST_CALL.format(tools=str(Path(__file__).parent), file=str(file))
     with tempfile.TemporaryDirectory() as cache:
         environment = {**os.environ, "XDG_CACHE_HOME": cache}
-        runs = (subprocess.check_output([sys.executable, "-c", code], env=environment) for _ in range(4))
-        cold, *warm = map(float, runs)
+        run = lambda: float(  # noqa: E731
+            subprocess.run(
+                [sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True
+            ).stdout
+        )
+        cold, *warm = (run() for _ in range(4))
     return [
         Figure("first call, cold cache", cold, "s", "< 1.5"),
         Figure("first call, warm cache", min(warm), "s", "< 0.05"),
     ]
+
+
+def import_time() -> Figure:
+    """What ``import sym2real`` takes beyond ``import torch``, least of five."""
+
+    def seconds(code: str) -> float:
+        timed = f"import torch, time; t = time.perf_counter(); {code}; print(time.perf_counter() - t)"
+        return float(subprocess.run([sys.executable, "-c", timed], capture_output=True, text=True, check=True).stdout)
+
+    return Figure("import sym2real beyond torch", min(seconds("import sym2real") for _ in range(5)), "s", "< 0.3")
 
 
 BUSY = "while True: sum(range(10_000))"
@@ -55,7 +76,7 @@ BUSY = "while True: sum(range(10_000))"
 def held(subject: Subject, seconds: float) -> list[Figure]:
     """Missed periods at 50 Hz: the kernel alone and beside a busy process on every core it may use; no compiler."""
     fused = MPPI(compile_model(subject.equations), subject.robot, subject.task, backend="c")
-    figures = _loop("c", fused, subject, seconds, "< 1")
+    figures = [_pauses(seconds), *_loop("c", fused, subject, seconds, "< 1")]
     crowd = [subprocess.Popen([sys.executable, "-c", BUSY]) for _ in range(len(os.sched_getaffinity(0)))]
     try:
         figures += _loop(f"c beside {len(crowd)} busy process(es)", fused, subject, seconds, "")
@@ -63,10 +84,23 @@ def held(subject: Subject, seconds: float) -> list[Figure]:
         for one in crowd:
             one.kill()
             one.wait()
+    kept = os.environ.get("CC")
+    os.environ["CC"] = "/nonexistent/cc"
     logging.getLogger("sym2real").setLevel(logging.ERROR)
-    with patch.dict(os.environ, CC="/nonexistent/cc"):
+    try:
         slow = MPPI(compile_model(subject.equations), subject.robot, subject.task)
+    finally:
+        if kept is None:
+            del os.environ["CC"]
+        else:
+            os.environ["CC"] = kept
     return [*figures, *_loop(f"no compiler, {slow.samples} samples", slow, subject, seconds, "")]
+
+
+def _pauses(seconds: float) -> Figure:
+    """What this machine itself adds: a fixed piece of arithmetic, about as long as an action, in the same loop."""
+    durations, _ = _paced(lambda _: multiply_adds(), seconds)
+    return Figure("fixed arithmetic: p99 at 50 Hz over its median", _p99(durations) / float(np.median(durations)), "×")
 
 
 def _loop(name: str, mppi: MPPI, subject: Subject, seconds: float, bar: str) -> list[Figure]:
@@ -95,3 +129,31 @@ def _paced(work: Callable[[int], object], seconds: float) -> tuple[list[float], 
 
 def _p99(durations: list[float]) -> float:
     return float(np.quantile(durations, 0.99))
+
+
+def diagnosis() -> list[Figure]:
+    """8 × 400 rows with a wind, the rollouts in C and in torch."""
+    case = next(case for case in standard_cases("crazyflie", quick=True) if case.keys == ("wind",))
+    data, base = simulate_case(case), ROBOTS["crazyflie"].nominal()
+    answers, seconds = {}, {}
+    for name, back_end in (("c", nullcontext), ("torch", torch_alone), ("c", nullcontext)):  # first with compiling
+        started = time.perf_counter()
+        with back_end():
+            found = diagnose(base, data, None)
+        seconds[name] = time.perf_counter() - started
+        answers[name] = {f.effect: {k: p.value for k, p in f.parameters.items()} for f in found.findings}
+    same = answers["torch"].keys() == answers["c"].keys() and all(
+        np.allclose(list(answers["torch"][key].values()), list(answers["c"][key].values()), rtol=1e-4)
+        for key in answers["c"]
+    )
+    return [
+        Figure("diagnosis of 8 × 400 rows, fused rollouts", seconds["c"], "s", "<= 5"),
+        Figure("diagnosis of 8 × 400 rows, torch", seconds["torch"], "s"),
+        Figure("the same answer", float(same), "", ">= 1"),
+    ]
+
+
+def with_samples(subject: Subject, samples: int) -> Subject:
+    """The subject with another number of samples."""
+    settings = replace(subject.robot.mppi, samples=samples)
+    return replace(subject, robot=replace(subject.robot, mppi=settings))

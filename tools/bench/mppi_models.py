@@ -55,9 +55,3 @@ def residual(robot: Robot, widths: tuple[int, ...], commands: int = 0) -> Residu
         network.linears[-1].weight.normal_(0.0, 0.1, generator=torch.Generator().manual_seed(0))
         network.output_scale.fill_(1e-3)
     return network
-
-
-def with_samples(subject: Subject, samples: int) -> Subject:
-    """The subject with another number of samples."""
-    settings = replace(subject.robot.mppi, samples=samples)
-    return replace(subject, robot=replace(subject.robot, mppi=settings))

@@ -1,4 +1,4 @@
-"""The same plan by other libraries: pytorch-mppi and JAX.
+"""The same plan by other libraries: pytorch-mppi (with our module and with sympytorch's) and JAX.
 
 Each function returns one step as a callable without arguments, and the rollout that it plans with, for comparison:
 ``# (N, state), (N, H, action)`` → ``# (N, H, state)``.
@@ -17,11 +17,24 @@ from mppi_models import HORIZON, Subject
 from torch import Tensor, nn
 
 from sym2real.neural import Composed
-from sym2real.symbolic import compile_function, symbol
+from sym2real.symbolic import build_module, compile_function, compile_model, symbol
 from sym2real.symbolic.compile import build_function
 
 Step = Callable[[], object]
 Rollout = Callable[[Tensor, Tensor], Tensor]
+
+
+def stepped(dynamics: Callable[[Tensor, Tensor], Tensor]) -> Rollout:
+    """Rollout of a step function."""
+
+    def roll(state: Tensor, actions: Tensor) -> Tensor:
+        states = []
+        for action in actions.unbind(1):
+            state = dynamics(state, action)
+            states.append(state)
+        return torch.stack(states, dim=1)
+
+    return roll
 
 
 def with_pytorch_mppi(
@@ -77,6 +90,31 @@ def _cost(subject: Subject, plain: bool) -> nn.Module:
     state, action = subject.robot.layouts.state.columns, subject.robot.layouts.action.columns
     arguments = [state, action, [f"ref_{column}" for column in state]]
     return (build_function if plain else compile_function)([subject.task.cost], arguments)
+
+
+def own_module(subject: Subject) -> nn.Module:
+    """Our scripted module, as dynamics for others."""
+    return compile_model(subject.equations)
+
+
+def plain_module(subject: Subject) -> Callable[[Tensor, Tensor], Tensor]:
+    """Our generated source, not scripted: what torch.compile can see through."""
+    return build_module(subject.equations).float()
+
+
+def sympytorch_dynamics(subject: Subject) -> Callable[[Tensor, Tensor], Tensor]:
+    """The equations as a sympytorch module."""
+    import sympytorch
+
+    layouts = subject.equations.layouts
+    module = sympytorch.SymPyModule(expressions=list(subject.equations.next.values()))
+    names = (*layouts.state, *layouts.action)
+
+    def dynamics(state: Tensor, action: Tensor) -> Tensor:
+        columns = torch.cat([state, action], dim=-1).unbind(-1)
+        return layouts.state.normalise(module(**dict(zip(names, columns, strict=True))))
+
+    return dynamics
 
 
 def with_jax(subject: Subject, samples: int, ensemble: Any = None) -> tuple[Step, Rollout]:

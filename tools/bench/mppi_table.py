@@ -4,15 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from figures import Figure, markdown
+from figures import Figure
+
+WORDS = {None: "", True: "holds", False: "missed"}
 
 
-def tables(figures: Sequence[Figure]) -> str:
+def markdown(figures: Sequence[Figure]) -> str:
     """Two tables: figures that are no times of contestants, then median and p99 in ms by contestant and samples."""
     times = [figure for figure in figures if ", N = " in figure.name]
     others = [figure for figure in figures if ", N = " not in figure.name]
     bars = others + [figure for figure in times if figure.bar]
-    return "\n".join([*markdown(bars), "", *_times(times)])
+    lines = ["| figure | measured | bar | |", "|---|---:|---:|---|"]
+    lines += [f"| {f.name} | {f.value:.3g} {f.unit} | {f.bar} | {WORDS[f.holds]} |" for f in bars]
+    return "\n".join([*lines, "", *_times(times)])
 
 
 def _times(figures: Sequence[Figure]) -> list[str]:

@@ -15,7 +15,6 @@ import hardware_faults
 import hardware_timing
 import tyro
 from figures import report
-from rich.console import Console
 
 
 @dataclass(frozen=True)
@@ -32,7 +31,7 @@ class Options:
 
 def main(options: Options) -> None:
     """Print all tables; write the figures."""
-    figures = hardware_faults.faults(Console(stderr=options.json == Path("-")))
+    figures = hardware_faults.faults()
     figures += hardware_timing.timing(hardware_timing.Options(quick=options.quick, out=options.out))
     figures += hardware_car.car(hardware_car.Options(seeds=1 if options.quick else 3))
     report("The hardware loop, over UDP and ROS 1", figures, [], options.json)

@@ -160,7 +160,8 @@ def fresh(age: float, limit: float) -> bool:
 
 def outside(place: Array, low: Sequence[float], high: Sequence[float]) -> str:
     """Where a place ``# (axes,)`` in m is outside the fence's corners, empty where it is inside."""
-    for axis, value, least, most in zip("xyz", place.tolist(), low, high, strict=True):
+    along = zip(place.tolist(), low, high, strict=True)
+    for axis, (value, least, most) in zip("xyz", along, strict=False):
         if not least <= value <= most:
             return f"outside the fence: {axis} = {value:.2f} m"
     return ""

@@ -108,9 +108,8 @@ class Terms:
         """Whitened squares without a term."""
         return float(whitening.loss(self.side.columns[None, ..., 0]).sum())
 
-    def beyond_chance(self, judged: Judged) -> bool:
-        """Whether a term differs from none beyond chance, by blocks of 1.5 s and by whole logs."""
-        tried = len(self.side.terms) * len(self.side.spread.names)
+    def beyond_chance(self, judged: Judged, tried: int) -> bool:
+        """Whether a term of so many differs from none beyond chance, by blocks of 1.5 s and by whole logs."""
         if judged.chance(self.problems.blocks) >= SETTINGS.false_alarms_of_each(tried):
             return False
         return self.problems.log_count < SETTINGS.fewest_logs or judged.chance(self.problems.logs) <= SETTINGS.level
@@ -121,7 +120,7 @@ class Terms:
         fall = judged.fall(self.problems.folds)
         gain = fall / self.loss(whitening)
         needed = SETTINGS.gain_beside if self.features[judged.name].within else SETTINGS.term_gain
-        if gain <= needed or not self.beyond_chance(judged):
+        if gain <= needed or not self.beyond_chance(judged, len(self.side.terms) * len(self.side.spread.names)):
             return None
         return Accepted(judged, whitening, gain, min(1.0, fall / judged.most))
 

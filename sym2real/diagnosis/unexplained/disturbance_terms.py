@@ -98,12 +98,14 @@ class Side:
         spread: shapes of the disturbances.
         terms: shapes of every term, by the feature's name ``# (S, pieces, K)``.
         logs: name of every segment's log.
+        shapes: derivatives of the residuals by what depends on features, over every piece ``# (S, R, D, pieces)``.
     """
 
     columns: Tensor
     spread: Spread
     terms: dict[str, Tensor]
     logs: tuple[str, ...]
+    shapes: Tensor
 
     @classmethod
     def of(cls, problem: Problem, spread: Spread, values: Tensor, free: Free, among: dict[str, Feature]) -> Side:
@@ -119,7 +121,7 @@ class Side:
         (columns,) = problem.linearised(values[None], [free])
         here = features_in(problem)
         terms = {name: here[name].shapes(feature) for name, feature in among.items() if name in here}
-        return cls(columns, spread, terms, problem.log_names)
+        return cls(columns, spread, terms, problem.log_names, spread.disturbances)
 
     def products(self, whitening: Whitening) -> Tensor:
         """Products under C⁻¹, per segment, of all that terms are judged by ``# (S, 1 + A + D·pieces, ·)``.
@@ -127,7 +129,7 @@ class Side:
         They are of the residual, its derivatives by the A parameters that were found, and every disturbance over every
         piece, with each other.
         """
-        return whitening.products(torch.cat([self.columns, self.spread.disturbances.flatten(-2)], dim=-1))
+        return whitening.products(torch.cat([self.columns, self.shapes.flatten(-2)], dim=-1))
 
     def joined(self, products: Tensor, channel: int, name: str) -> tuple[Tensor, Tensor]:
         """Half of the loss's derivatives by the parameters and a term's ``# (S, A + K), (S, A + K, A + K)``.
@@ -148,7 +150,7 @@ class Side:
 
     def after(self, channel: int, name: str, step: Tensor) -> Tensor:
         """Residuals after a step of the parameters and a term ``# (S, R)``."""
-        shapes = self.spread.disturbances[:, :, channel] @ self.terms[name]  # (S, R, K)
+        shapes = self.shapes[:, :, channel] @ self.terms[name]  # (S, R, K)
         return self.columns[..., 0] + torch.cat([self.columns[..., 1:], shapes], dim=-1) @ step
 
 

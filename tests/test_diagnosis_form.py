@@ -14,7 +14,7 @@ from sym2real.diagnosis.predict.candidate import candidates
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.search.select import Selection
-from sym2real.diagnosis.unexplained.form import STRENGTH, find_form
+from sym2real.diagnosis.unexplained.dependence import find_dependence
 from sym2real.diagnosis.unexplained.leftover import Leftover
 from sym2real.effects import effect
 from sym2real.robots import ROBOTS
@@ -43,7 +43,7 @@ def said_of(found: str, key: str, value: float) -> Leftover | None:
         starts = [fit.values]
     selection = Selection(Problems.of(problem, whitening, nuisance), [chosen], library.null)
     selection.put([chosen], selection.problems.fit([Hypothesis(chosen.free, fit.values)], 8)[0])
-    return next(iter(find_form(selection, spread)), None)
+    return next(iter(find_dependence(selection, spread)), None)
 
 
 @pytest.mark.parametrize(
@@ -57,11 +57,11 @@ def test_a_length_in_place_of_a_time_goes_with_the_speed() -> None:
     """A servo that lags by 0.1 s relaxes over 0.1 m at 1 m/s, and over 0.2 m at 2 m/s."""
     left = said_of("relaxation_length", "lag:steer", 0.1)
     assert left is not None
-    assert (left.channel, "speed" in left.explained_by) == ("relaxation_length", True)
-    assert left.statement.startswith("a change of relaxation_length that depends on")
+    assert left.statement in {f"a change of relaxation_length that depends on {of}speed" for of in ("", "forward ")}
+    assert left.term.startswith("0.") and " m where " in left.term
 
 
-def test_a_curve_in_place_of_a_gain_goes_with_how_much_it_does() -> None:
-    left = said_of("steering_curve", "gain:steer", 0.85)
+def test_a_limit_in_place_of_a_lag_leaves_something() -> None:
+    """A speed that follows within 0.3 s is no acceleration limit: it changes faster the more it is off."""
+    left = said_of("rate_limit:speed", "lag:speed", 0.3)
     assert left is not None
-    assert left.explained_by in (STRENGTH, "steer")

@@ -13,7 +13,6 @@ from sym2real.diagnosis.settings import SETTINGS
 from sym2real.diagnosis.unexplained.constant import find_constants
 from sym2real.diagnosis.unexplained.dependence import find_dependence
 from sym2real.diagnosis.unexplained.features import part_of_changes
-from sym2real.diagnosis.unexplained.form import find_form
 from sym2real.diagnosis.unexplained.leftover import MISFIT, Leftover, Rest, find_leftovers, find_misfit
 from sym2real.diagnosis.unexplained.term import Term, propose
 
@@ -56,8 +55,7 @@ def _leftovers(scored: Scored, rest: Rest) -> tuple[Leftover, ...]:
     of_the_base = None if own is None else lambda: Rest.of(own.problem, own.spread, own.whitening, own.origin)
     leftovers = find_leftovers(rest, of_the_base)
     leftovers += find_constants(selection, prepared.spread, own, exclude=[leftover.channel for leftover in leftovers])
-    asked = selection, prepared.spread, own
-    leftovers = leftovers or find_dependence(*asked) or find_form(*asked)
+    leftovers = leftovers or find_dependence(selection, prepared.spread, own)
     if not any(leftover.matters for leftover in leftovers) and beyond_floor(scored.stages, scored.floor):
         errors = problems.problem.residuals(selection.fit.values[None])[0]
         motion = part_of_changes(problems.problem.segments, errors)

@@ -18,6 +18,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import product
 
+import torch
+
 from sym2real.diagnosis.estimate.calibrate import Calibration, by_log
 from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.quadratic import Fit
@@ -25,30 +27,13 @@ from sym2real.diagnosis.estimate.whitening import Spread, Whitening, estimate
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.diagnosis.unexplained.disturbance_terms import CONSTANT, Feature, Judged, Side, features_in
-from sym2real.diagnosis.unexplained.features import part_of_changes, part_of_disturbance
+from sym2real.diagnosis.unexplained.features import part_of_changes
 from sym2real.diagnosis.unexplained.leftover import Leftover, split_in_words, unit_of
 
 # Part of the loss that a term must save before variances are estimated without it, and how many get that far.
 PROMISING, MOST_TERMS = 0.003, 3
 # Times that the variances are estimated without a term, each time fitted under the last ones.
 ROUNDS = 2
-
-
-@dataclass(frozen=True, eq=False)
-class Accepted:
-    """A term that is there.
-
-    Args:
-        term: under the variances that are estimated without it.
-        whitening: these.
-        gain: relative fall of the held-out loss.
-        confirmed: part of its fall that logs not seen confirm.
-    """
-
-    term: Judged
-    whitening: Whitening
-    gain: float
-    confirmed: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,9 +88,8 @@ class Terms:
         whitening, folds = self.problems.whitening, self.problems.folds
         everything = self.judged(whitening, self.pairs)
         least = PROMISING * self.loss(whitening)
-        falls = [judged.fall(folds) for judged in everything]
-        order = sorted(range(len(falls)), key=lambda place: -falls[place])
-        return [everything[place] for place in order[:MOST_TERMS] if falls[place] > least]
+        falls = sorted(((judged.fall(folds), judged) for judged in everything), key=lambda pair: -pair[0])
+        return [judged for fall, judged in falls[:MOST_TERMS] if fall > least]
 
     def alone(self, judged: Judged) -> tuple[Judged, Whitening]:
         """A term under variances that are estimated without it."""
@@ -120,53 +104,45 @@ class Terms:
         """Whitened squares without a term."""
         return float(whitening.loss(self.side.columns[None, ..., 0]).sum())
 
-    def beyond_chance(self, judged: Judged) -> bool:
-        """Whether a term differs from none beyond chance, by blocks of 1.5 s and by whole logs."""
-        if judged.chance(self.problems.blocks) >= SETTINGS.false_alarms_of_each(len(self.pairs)):
-            return False
-        return self.problems.log_count < SETTINGS.fewest_logs or judged.chance(self.problems.logs) <= SETTINGS.level
+    def accepted(self, judged: Judged) -> tuple[float, Judged, Whitening] | None:
+        """A term that lowers held-out errors by enough and is beyond chance, by blocks of 1.5 s and by whole logs.
 
-    def accepted(self, judged: Judged) -> Accepted | None:
-        """A term that lowers held-out errors by enough and is beyond chance; None otherwise."""
-        judged, whitening = self.alone(judged)
-        fall = judged.fall(self.problems.folds)
-        gain = fall / self.loss(whitening)
+        Returns:
+            the relative fall of the held-out loss, and the term under the variances without it, and these.
+        """
+        (judged, whitening), problems = self.alone(judged), self.problems
+        gain = judged.fall(problems.folds) / self.loss(whitening)
         needed = SETTINGS.gain_beside if self.features[judged.name].within else SETTINGS.term_gain
-        if gain <= needed or not self.beyond_chance(judged):
+        if gain <= needed or judged.chance(problems.blocks) >= SETTINGS.false_alarms_of_each(len(self.pairs)):
             return None
-        return Accepted(judged, whitening, gain, min(1.0, fall / judged.most))
+        alike = problems.log_count >= SETTINGS.fewest_logs and judged.chance(problems.logs) > SETTINGS.level
+        return None if alike else (gain, judged, whitening)
 
-    def leftover(self, accepted: Accepted) -> Leftover:
-        """What an accepted term says."""
-        judged, problem = accepted.term, self.problems.problem
-        pushes = len(self.side.spread.names)
-        if judged.channel >= pushes:
-            return self._of_parameter(accepted, judged.channel - pushes)
-        channel = self.side.spread.names[judged.channel]
-        unit = unit_of(problem, channel)
-        size = float(self.side.spread.sizes[judged.channel])
-        disturbance = (self.side.terms[judged.name] @ judged.step[judged.found :]).flatten().numpy() * size
-        motion = part_of_disturbance(problem.segments, self.side.spread, channel, disturbance)
-        if judged.name == CONSTANT:
-            value = float(disturbance[0])
-            term = f"{value:.3g} {unit} everywhere"
-            return Leftover(CONSTANT, channel, accepted.confirmed, term, value, unit, motion)
-        share = float(disturbance.var() / (disturbance.var() + accepted.whitening.disturbances[channel] ** 2))
-        feature = self.features[judged.name]
-        words = split_in_words(feature.columns, feature.values, disturbance, unit)[1]
-        return Leftover(judged.name, channel, share * accepted.confirmed, words, motion=motion)
-
-    def _of_parameter(self, accepted: Accepted, place: int) -> Leftover:
-        """What a term says of a parameter that was found, by its place among them: its effect is another there."""
-        judged, problem, slot = accepted.term, self.problems.problem, self.fit.free[place]
-        library, feature = problem.library, self.features[judged.name]
+    def leftover(self, judged: Judged, whitening: Whitening) -> Leftover:
+        """What an accepted term says: of a disturbance how large it is, of a parameter what its effect is."""
+        segments, confirmed = self.problems.problem.segments, min(1.0, judged.fall(self.problems.folds) / judged.most)
+        name, unit, level, size = self._channel(judged.channel)
         varied = self.side.term(judged.channel, judged.name) @ judged.step[judged.found :]  # (S, pieces)
-        sizes = (self.fit.values[slot] + library.scale[slot] * varied).flatten().numpy()
-        unit = library.slots[slot].parameter.unit
-        words = split_in_words(feature.columns, feature.values, sizes, unit)[1]
-        moved = self.side.columns[..., 1 + place] * varied.mean(1, keepdim=True)
-        motion = part_of_changes(problem.segments, moved)
-        return Leftover(judged.name, library.slots[slot].effect, accepted.confirmed, words, motion=motion)
+        motion = part_of_changes(segments, torch.einsum("srp,sp->sr", self.side.shapes[:, :, judged.channel], varied))
+        values = (level + size * varied).flatten().numpy()
+        if judged.name == CONSTANT:
+            value = float(values[0])
+            term = f"{value:.3g} {unit} everywhere"
+            return Leftover(CONSTANT, name, confirmed, term, value, unit, motion)
+        # Of a parameter nothing else varies.
+        share = float(values.var() / (values.var() + whitening.disturbances.get(name, 0.0) ** 2))
+        feature = self.features[judged.name]
+        words = split_in_words(feature.columns, feature.values, values, unit)[1]
+        return Leftover(judged.name, name, share * confirmed, words, motion=motion)
+
+    def _channel(self, number: int) -> tuple[str, str, float, float]:
+        """Name and unit of what a term is of, its value without the term, and the size of a step."""
+        spread, problem, pushes = self.side.spread, self.problems.problem, len(self.side.spread.names)
+        if number < pushes:
+            return spread.names[number], unit_of(problem, spread.names[number]), 0.0, float(spread.sizes[number])
+        slot = self.fit.free[number - pushes]
+        known, scale = problem.library.slots[slot], problem.library.scale[slot]
+        return known.effect, known.parameter.unit, float(self.fit.values[slot]), float(scale)
 
 
 def find_dependence(selection: Selection, spread: Spread, own: Calibration | None = None) -> tuple[Leftover, ...]:
@@ -177,8 +153,6 @@ def find_dependence(selection: Selection, spread: Spread, own: Calibration | Non
         spread: shapes of the disturbances.
         own: the base against the plain simulator.
     """
-    if selection.problems.block_count < SETTINGS.fewest_pieces:
-        return ()
     terms = Terms.of(selection, spread, own)
     promising = terms.promising()
     if not promising:
@@ -187,7 +161,5 @@ def find_dependence(selection: Selection, spread: Spread, own: Calibration | Non
     constants = dict.fromkeys((term.channel, CONSTANT) for term in promising if term.channel < len(spread.names))
     judged = [terms.accepted(term) for term in (*terms.judged(terms.problems.whitening, constants), *promising)]
     accepted = [term for term in judged if term is not None]
-    if not accepted:
-        return ()
-    enough = SETTINGS.nearly * max(term.gain for term in accepted)
-    return (terms.leftover(next(term for term in accepted if term.gain >= enough)),)
+    enough = SETTINGS.nearly * max((gain for gain, _, _ in accepted), default=0.0)
+    return next(((terms.leftover(term, variances),) for gain, term, variances in accepted if gain >= enough), ())

@@ -70,7 +70,7 @@ def test_a_term_takes_the_push_away_that_was_put_in() -> None:
     """A wind of 20 mN is a constant push of 20 mN, which takes away what its quadratic model says."""
     selection, spread = without_a_library("crazyflie", "wind", 0.02)
     terms = Terms.of(selection, spread, None)
-    (one,) = terms.judged(terms.problems.whitening, [spread.names.index("fx")], ["constant"])
+    (one,) = terms.judged(terms.problems.whitening, [(spread.names.index("fx"), "constant")])
     one, whitening = terms.alone(one)
     size = float(one.step[one.found] * spread.sizes[one.channel])
     assert size == pytest.approx(0.02, rel=0.1)
@@ -101,7 +101,7 @@ def test_terms_do_not_gain_by_their_number() -> None:
     noise = torch.as_tensor(np.random.default_rng(0).normal(size=(segments, rows))) * sensor
     columns = torch.cat([noise[..., None], terms.side.columns[..., 1:]], dim=-1)
     terms = replace(terms, side=replace(terms.side, columns=columns))
-    judged = terms.judged(terms.problems.whitening, range(len(spread.names)), terms.side.terms)
+    judged = terms.judged(terms.problems.whitening, terms.pairs)
     falls = np.array([one.fall(terms.problems.folds) for one in judged])
     assert falls.mean() < 0.0
     assert min(one.chance(terms.problems.blocks) for one in judged) > 0.002 / len(judged)

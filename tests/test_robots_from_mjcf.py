@@ -461,6 +461,21 @@ def test_effects_find_actuators_whose_columns_are_called_otherwise(key: str) -> 
     np.testing.assert_array_equal(turned(renamed, key), turned(own, key.replace("tau", actuator)))
 
 
+def test_an_actuator_may_be_called_as_the_joint_that_it_moves() -> None:
+    """As in dm_control's acrobot: such files were refused."""
+    same = Robot.from_mjcf(ONE_JOINT.replace('name="torque"', 'name="swing"'), name="same")
+    assert (same.layouts.state.columns, same.layouts.action.columns) == (("swing", "swing_rate"), ("swing_cmd",))
+    own = Robot.from_mjcf(ONE_JOINT, name="own")
+    moved = [MujocoPlant(robot) for robot in (same, own)]
+    for plant in moved:
+        plant.reset()
+    for command in ([2.0], [-3.0]):
+        np.testing.assert_array_equal(*(plant.step(np.array(command)) for plant in moved))
+    state = torch.tensor([[0.3, 0.0]])
+    predicted = [compile_model(robot.nominal())(state, torch.tensor([[2.0]])) for robot in (same, own)]
+    torch.testing.assert_close(*predicted)
+
+
 def test_an_action_cannot_be_called_like_another_actuator() -> None:
     two = ONE_JOINT.replace("</actuator>", '<motor name="spare" joint="swing"/></actuator>')
     (actuator,) = Robot.from_mjcf(ONE_JOINT, name="own").layouts.action.columns

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from functools import cache, partial
 from pathlib import Path
@@ -61,7 +61,7 @@ def from_mjcf(
         path: of the file, or its text; meshes and includes are looked for beside a file.
         name: key in the registry; by default the file's stem.
         actions: actuators that are commanded, as ``{actuator: column}`` where columns are to be called otherwise; all
-            by default.
+            by default. The column of one that is called as a joint, J, is ``J_cmd``.
         state: columns of the state (:mod:`sym2real.robots.mjcf_columns`); all by default. With ``sin_yaw`` the robot
             is one of the plane (:mod:`sym2real.robots.planar`).
         dt: control period in s, simulated in whole steps no longer than the file's; by default near 20 ms.
@@ -81,8 +81,8 @@ def from_mjcf(
     """
     file = str(path) if is_text(str(path)) else str(Path(path).resolve())
     model, data = columns.opened(file)
-    wanted = _named(columns.names_of(model, "actuator") if actions is None else actions)
     known = columns.state_columns(model)
+    wanted = _named(columns.names_of(model, "actuator") if actions is None else actions, known)
     start, wheels = data.qpos.copy(), None
     if planar.asked(state):
         data = planar.facing_x(model, data)
@@ -176,8 +176,10 @@ def default_recipe(
     )
 
 
-def _named(actions: Mapping[str, str] | Sequence[str]) -> dict[str, str]:
-    return dict(actions) if isinstance(actions, Mapping) else {action: action for action in actions}
+def _named(actions: Mapping[str, str] | Sequence[str], known: Collection[str]) -> dict[str, str]:
+    """Column of every actuator; a file may call one as the joint that it moves, whose column is known by that name."""
+    named = actions if isinstance(actions, Mapping) else {action: action for action in actions}
+    return {actuator: f"{column}_cmd" if column in known else column for actuator, column in named.items()}
 
 
 def _state(known: Mapping[str, Any], wanted: Sequence[str] | None) -> Layout:

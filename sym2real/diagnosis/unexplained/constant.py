@@ -82,8 +82,6 @@ def find_constants(
         exclude: channels of which something else is said.
     """
     problems = selection.problems
-    if problems.block_count < SETTINGS.fewest_pieces:
-        return ()
     constants = Constants.of(problems.problem, spread, problems.whitening, selection.fit.values)
     own_constants = None if own is None else Constants.of(own.problem, own.spread, own.whitening, own.origin)
     of_base = torch.zeros(len(constants.names)) if own_constants is None else own_constants.sizes

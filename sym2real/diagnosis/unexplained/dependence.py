@@ -6,46 +6,34 @@ function of one feature, or of what was sent a moment ago, joins the parameters 
 squares on the residuals themselves; so does a constant, because beside a gain that was found in the place
 of an offset it is only seen where both are fitted. A promising one is taken out of the residuals, the variances are
 estimated anew without it, and under these it must lower held-out errors and differ from none beyond chance, as an
-effect must. What the base itself contributes to its score in the plain simulator does not count (see
-``calibrate.py``).
+effect must. What the base itself contributes to its score in the plain simulator does not count (see ``calibrate.py``).
+
+An effect in the place of one that the catalogue lacks fits it on average, not everywhere: a tyre's relaxation length
+that stands for a servo's lag is the longer the faster the car drives. So parameters that were found compete as well.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import product
 
+import torch
+
 from sym2real.diagnosis.estimate.calibrate import Calibration, by_log
 from sym2real.diagnosis.estimate.fit import Problems
+from sym2real.diagnosis.estimate.quadratic import Fit
 from sym2real.diagnosis.estimate.whitening import Spread, Whitening, estimate
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.diagnosis.unexplained.disturbance_terms import CONSTANT, Feature, Judged, Side, features_in
-from sym2real.diagnosis.unexplained.features import part_of_disturbance
+from sym2real.diagnosis.unexplained.features import part_of_changes
 from sym2real.diagnosis.unexplained.leftover import Leftover, split_in_words, unit_of
 
 # Part of the loss that a term must save before variances are estimated without it, and how many get that far.
 PROMISING, MOST_TERMS = 0.003, 3
 # Times that the variances are estimated without a term, each time fitted under the last ones.
 ROUNDS = 2
-
-
-@dataclass(frozen=True, eq=False)
-class Accepted:
-    """A term that is there.
-
-    Args:
-        term: under the variances that are estimated without it.
-        whitening: these.
-        gain: relative fall of the held-out loss.
-        confirmed: part of its fall that logs not seen confirm.
-    """
-
-    term: Judged
-    whitening: Whitening
-    gain: float
-    confirmed: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,28 +45,37 @@ class Terms:
         side: the logs at the best fit.
         own: the plain simulator's data at the base's own origin; None without a simulator.
         problems: the logs, under a whitening that explains what terms would.
+        fit: of what was found.
     """
 
     features: dict[str, Feature]
     side: Side
     own: Side | None
     problems: Problems
+    fit: Fit
 
     @classmethod
     def of(cls, selection: Selection, spread: Spread, own: Calibration | None) -> Terms:
         """Arguments as of :func:`find_dependence`."""
         problems, fit = selection.problems, selection.fit
         features = features_in(problems.problem)
-        side = Side.of(problems.problem, spread, fit.values, fit.whole, features)
-        flown = None if own is None else Side.of(own.problem, own.spread, own.origin, fit.whole, features)
-        return cls(features, side, flown, problems)
+        side = Side.of(problems.problem, spread, fit.values, fit, features)
+        flown = None if own is None else Side.of(own.problem, own.spread, own.origin, fit, features)
+        return cls(features, side, flown, problems, fit)
 
-    def judged(self, whitening: Whitening, channels: Iterable[int], names: Collection[str]) -> list[Judged]:
-        """Disturbances of some channels that depend on some features, under a whitening."""
+    @property
+    def pairs(self) -> list[tuple[int, str]]:
+        """Channels, each with what it may depend on: parameters that were found with ranks of features alone."""
+        ranked = {name for name, feature in self.features.items() if feature.columns and not feature.within}
+        pushes, everything = len(self.side.spread.names), self.side.shapes.shape[2]
+        return [pair for pair in product(range(everything), self.side.terms) if pair[0] < pushes or pair[1] in ranked]
+
+    def judged(self, whitening: Whitening, pairs: Iterable[tuple[int, str]]) -> list[Judged]:
+        """Channels that depend each on a feature, under a whitening."""
         here = self.side.products(whitening)
         there = None if self.own is None else self.own.products(self.own.spread.like(whitening))
         terms, found = [], self.side.columns.shape[-1] - 1
-        for channel, name in product(channels, names):
+        for channel, name in pairs:
             gradient, curvature = self.side.joined(here, channel, name)
             if self.own is not None and there is not None and name in self.own.terms:
                 base = self.own.joined(there, channel, name)[0]
@@ -89,11 +86,10 @@ class Terms:
     def promising(self) -> list[Judged]:
         """Terms that save much even under variances that explain what they would, the best first."""
         whitening, folds = self.problems.whitening, self.problems.folds
-        everything = self.judged(whitening, range(len(self.side.spread.names)), self.side.terms)
+        everything = self.judged(whitening, self.pairs)
         least = PROMISING * self.loss(whitening)
-        falls = [judged.fall(folds) for judged in everything]
-        order = sorted(range(len(falls)), key=lambda place: -falls[place])
-        return [everything[place] for place in order[:MOST_TERMS] if falls[place] > least]
+        falls = sorted(((judged.fall(folds), judged) for judged in everything), key=lambda pair: -pair[0])
+        return [judged for fall, judged in falls[:MOST_TERMS] if fall > least]
 
     def alone(self, judged: Judged) -> tuple[Judged, Whitening]:
         """A term under variances that are estimated without it."""
@@ -101,44 +97,52 @@ class Terms:
         for _ in range(ROUNDS):
             rest = self.side.after(judged.channel, judged.name, judged.step)
             whitening = estimate(self.side.spread, rest, segments.noise, segments.channel)
-            (judged,) = self.judged(whitening, [judged.channel], [judged.name])
+            (judged,) = self.judged(whitening, [(judged.channel, judged.name)])
         return judged, whitening
 
     def loss(self, whitening: Whitening) -> float:
         """Whitened squares without a term."""
         return float(whitening.loss(self.side.columns[None, ..., 0]).sum())
 
-    def beyond_chance(self, judged: Judged) -> bool:
-        """Whether a term differs from none beyond chance, by blocks of 1.5 s and by whole logs."""
-        tried = len(self.side.terms) * len(self.side.spread.names)
-        if judged.chance(self.problems.blocks) >= SETTINGS.false_alarms_of_each(tried):
-            return False
-        return self.problems.log_count < SETTINGS.fewest_logs or judged.chance(self.problems.logs) <= SETTINGS.level
+    def accepted(self, judged: Judged) -> tuple[float, Judged, Whitening] | None:
+        """A term that lowers held-out errors by enough and is beyond chance, by blocks of 1.5 s and by whole logs.
 
-    def accepted(self, judged: Judged) -> Accepted | None:
-        """A term that lowers held-out errors by enough and is beyond chance; None otherwise."""
-        judged, whitening = self.alone(judged)
-        fall = judged.fall(self.problems.folds)
-        gain = fall / self.loss(whitening)
+        Returns:
+            the relative fall of the held-out loss, and the term under the variances without it, and these.
+        """
+        (judged, whitening), problems = self.alone(judged), self.problems
+        gain = judged.fall(problems.folds) / self.loss(whitening)
         needed = SETTINGS.gain_beside if self.features[judged.name].within else SETTINGS.term_gain
-        if gain <= needed or not self.beyond_chance(judged):
+        if gain <= needed or judged.chance(problems.blocks) >= SETTINGS.false_alarms_of_each(len(self.pairs)):
             return None
-        return Accepted(judged, whitening, gain, min(1.0, fall / judged.most))
+        alike = problems.log_count >= SETTINGS.fewest_logs and judged.chance(problems.logs) > SETTINGS.level
+        return None if alike else (gain, judged, whitening)
 
-    def leftover(self, accepted: Accepted, unit: str) -> Leftover:
-        """What an accepted term says, its channel's unit given."""
-        judged, channel = accepted.term, self.side.spread.names[accepted.term.channel]
-        size = float(self.side.spread.sizes[judged.channel])
-        disturbance = (self.side.terms[judged.name] @ judged.step[judged.found :]).flatten().numpy() * size
-        motion = part_of_disturbance(self.problems.problem.segments, self.side.spread, channel, disturbance)
+    def leftover(self, judged: Judged, whitening: Whitening) -> Leftover:
+        """What an accepted term says: of a disturbance how large it is, of a parameter what its effect is."""
+        segments, confirmed = self.problems.problem.segments, min(1.0, judged.fall(self.problems.folds) / judged.most)
+        name, unit, level, size = self._channel(judged.channel)
+        varied = self.side.term(judged.channel, judged.name) @ judged.step[judged.found :]  # (S, pieces)
+        motion = part_of_changes(segments, torch.einsum("srp,sp->sr", self.side.shapes[:, :, judged.channel], varied))
+        values = (level + size * varied).flatten().numpy()
         if judged.name == CONSTANT:
-            value = float(disturbance[0])
+            value = float(values[0])
             term = f"{value:.3g} {unit} everywhere"
-            return Leftover(CONSTANT, channel, accepted.confirmed, term, value, unit, motion)
-        share = float(disturbance.var() / (disturbance.var() + accepted.whitening.disturbances[channel] ** 2))
+            return Leftover(CONSTANT, name, confirmed, term, value, unit, motion)
+        # Of a parameter nothing else varies.
+        share = float(values.var() / (values.var() + whitening.disturbances.get(name, 0.0) ** 2))
         feature = self.features[judged.name]
-        words = split_in_words(feature.columns, feature.values, disturbance, unit)[1]
-        return Leftover(judged.name, channel, share * accepted.confirmed, words, motion=motion)
+        words = split_in_words(feature.columns, feature.values, values, unit)[1]
+        return Leftover(judged.name, name, share * confirmed, words, motion=motion)
+
+    def _channel(self, number: int) -> tuple[str, str, float, float]:
+        """Name and unit of what a term is of, its value without the term, and the size of a step."""
+        spread, problem, pushes = self.side.spread, self.problems.problem, len(self.side.spread.names)
+        if number < pushes:
+            return spread.names[number], unit_of(problem, spread.names[number]), 0.0, float(spread.sizes[number])
+        slot = self.fit.free[number - pushes]
+        known, scale = problem.library.slots[slot], problem.library.scale[slot]
+        return known.effect, known.parameter.unit, float(self.fit.values[slot]), float(scale)
 
 
 def find_dependence(selection: Selection, spread: Spread, own: Calibration | None = None) -> tuple[Leftover, ...]:
@@ -149,19 +153,13 @@ def find_dependence(selection: Selection, spread: Spread, own: Calibration | Non
         spread: shapes of the disturbances.
         own: the base against the plain simulator.
     """
-    if selection.problems.block_count < SETTINGS.fewest_pieces:
-        return ()
     terms = Terms.of(selection, spread, own)
     promising = terms.promising()
     if not promising:
         return ()
-    # A constant that does nearly as much is the simpler answer.
-    channels = {term.channel for term in promising}
-    constants = terms.judged(selection.problems.whitening, channels, [CONSTANT])
-    judged = [terms.accepted(term) for term in (*constants, *promising)]
+    # A constant that does nearly as much is the simpler answer; a parameter's is what was found.
+    constants = dict.fromkeys((term.channel, CONSTANT) for term in promising if term.channel < len(spread.names))
+    judged = [terms.accepted(term) for term in (*terms.judged(terms.problems.whitening, constants), *promising)]
     accepted = [term for term in judged if term is not None]
-    if not accepted:
-        return ()
-    enough = SETTINGS.nearly * max(term.gain for term in accepted)
-    best = next(term for term in accepted if term.gain >= enough)
-    return (terms.leftover(best, unit_of(selection.problems.problem, spread.names[best.term.channel])),)
+    enough = SETTINGS.nearly * max((gain for gain, _, _ in accepted), default=0.0)
+    return next(((terms.leftover(term, variances),) for gain, term, variances in accepted if gain >= enough), ())

@@ -1,8 +1,10 @@
-"""Disturbances that are functions of something measured: their shapes, and what each would change in a fit.
+"""Disturbances, and what was found, as functions of something measured: shapes, and what each would change in a fit.
 
 A term disturbs a channel by a constant and three powers of a feature's rank among the logs' values, ranks so that no
 tail decides; or by what a command was a few rows ago less what it is, as any filter that acts on it would. The latter
 says nothing of whole logs, and is taken less every log's mean: trim that differs from log to log has no part in it.
+A channel is also a parameter that was found: of the right form it is the same everywhere, and no power of a rank is
+worth its place beside it. J. Hausman, "Specification tests in econometrics", Econometrica 46 (1978).
 """
 
 from __future__ import annotations
@@ -16,7 +18,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from sym2real.diagnosis.data.segments import summed
-from sym2real.diagnosis.estimate.quadratic import Free, solve
+from sym2real.diagnosis.estimate.quadratic import Fit, solve
 from sym2real.diagnosis.estimate.significance import chance_of, clustered
 from sym2real.diagnosis.estimate.whitening import PIECES, Spread, Whitening
 from sym2real.diagnosis.predict.sensitivity import Problem
@@ -95,49 +97,58 @@ class Side:
 
     Args:
         columns: residuals at one parameter set, and their derivatives by those that are fitted ``# (S, R, 1 + A)``.
-        spread: shapes of the disturbances.
+        spread: of the covariance.
+        shapes: derivatives of the residuals by every channel over every piece: disturbances, then parameters that were
+            found ``# (S, R, D, pieces)``.
         terms: shapes of every term, by the feature's name ``# (S, pieces, K)``.
         logs: name of every segment's log.
     """
 
     columns: Tensor
     spread: Spread
+    shapes: Tensor
     terms: dict[str, Tensor]
     logs: tuple[str, ...]
 
     @classmethod
-    def of(cls, problem: Problem, spread: Spread, values: Tensor, free: Free, among: dict[str, Feature]) -> Side:
+    def of(cls, problem: Problem, spread: Spread, values: Tensor, fit: Fit, among: dict[str, Feature]) -> Side:
         """At a parameter set ``# (P,)``.
 
         Args:
             problem: the data.
             spread: of it.
             values: the parameter set ``# (P,)``.
-            free: what is fitted.
+            fit: of what was found.
             among: features of the logs, whose ranks count.
         """
-        (columns,) = problem.linearised(values[None], [free])
+        (columns,) = problem.linearised(values[None], [fit.whole])
+        found = columns[..., 1 : 1 + len(fit.free), None] / PIECES  # a step everywhere is one of all pieces
+        shapes = torch.cat([spread.disturbances, found.expand(*found.shape[:-1], PIECES)], dim=2)
         here = features_in(problem)
         terms = {name: here[name].shapes(feature) for name, feature in among.items() if name in here}
-        return cls(columns, spread, terms, problem.log_names)
+        return cls(columns, spread, shapes, terms, problem.log_names)
 
     def products(self, whitening: Whitening) -> Tensor:
         """Products under C⁻¹, per segment, of all that terms are judged by ``# (S, 1 + A + D·pieces, ·)``.
 
-        They are of the residual, its derivatives by the A parameters that were found, and every disturbance over every
+        They are of the residual, its derivatives by the A parameters that are fitted, and every channel over every
         piece, with each other.
         """
-        return whitening.products(torch.cat([self.columns, self.spread.disturbances.flatten(-2)], dim=-1))
+        return whitening.products(torch.cat([self.columns, self.shapes.flatten(-2)], dim=-1))
+
+    def term(self, channel: int, name: str) -> Tensor:
+        """Shapes of a term ``# (S, pieces, K)``; of a parameter without the constant, which is the parameter itself."""
+        return self.terms[name] if channel < len(self.spread.names) else self.terms[name][..., 1:]
 
     def joined(self, products: Tensor, channel: int, name: str) -> tuple[Tensor, Tensor]:
         """Half of the loss's derivatives by the parameters and a term's ``# (S, A + K), (S, A + K, A + K)``.
 
         Args:
             products: of :meth:`products`.
-            channel: number of the disturbance.
+            channel: its number.
             name: of the feature.
         """
-        term, fitted = self.terms[name], slice(0, self.columns.shape[-1])
+        term, fitted = self.term(channel, name), slice(0, self.columns.shape[-1])
         first = fitted.stop + channel * PIECES
         pieces = slice(first, first + PIECES)
         across = products[:, fitted, pieces] @ term  # (S, 1 + A, K)
@@ -148,7 +159,7 @@ class Side:
 
     def after(self, channel: int, name: str, step: Tensor) -> Tensor:
         """Residuals after a step of the parameters and a term ``# (S, R)``."""
-        shapes = self.spread.disturbances[:, :, channel] @ self.terms[name]  # (S, R, K)
+        shapes = self.shapes[:, :, channel] @ self.term(channel, name)  # (S, R, K)
         return self.columns[..., 0] + torch.cat([self.columns[..., 1:], shapes], dim=-1) @ step
 
 
@@ -157,7 +168,7 @@ class Judged:
     """A term beside what was found, under one whitening.
 
     Args:
-        channel, name: number of the disturbance, and the feature it depends on.
+        channel, name: number of what varies, and the feature it depends on.
         found: number of parameters before the term's.
         gradient, curvature: half the loss's derivatives by parameters and term, without what is the base's own
             ``# (S, A + K), (S, A + K, A + K)``.

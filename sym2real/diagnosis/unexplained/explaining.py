@@ -54,8 +54,10 @@ def _leftovers(scored: Scored, rest: Rest) -> tuple[Leftover, ...]:
     own, problems = prepared.calibration, selection.problems
     of_the_base = None if own is None else lambda: Rest.of(own.problem, own.spread, own.whitening, own.origin)
     leftovers = find_leftovers(rest, of_the_base)
-    leftovers += find_constants(selection, prepared.spread, own, exclude=[leftover.channel for leftover in leftovers])
-    leftovers = leftovers or find_dependence(selection, prepared.spread, own)
+    if problems.block_count >= SETTINGS.fewest_pieces:
+        said = [leftover.channel for leftover in leftovers]
+        leftovers += find_constants(selection, prepared.spread, own, exclude=said)
+        leftovers = leftovers or find_dependence(selection, prepared.spread, own)
     if not any(leftover.matters for leftover in leftovers) and beyond_floor(scored.stages, scored.floor):
         errors = problems.problem.residuals(selection.fit.values[None])[0]
         motion = part_of_changes(problems.problem.segments, errors)

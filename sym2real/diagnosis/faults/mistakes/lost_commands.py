@@ -4,6 +4,11 @@ A recorder that keeps every second row of a controller's commands loses the othe
 kept looks as if it did less than it does (errors in variables). In the place of a lost command stands what is expected
 of it, the smooth part of those that were kept (regression calibration: R. Carroll et al., "Measurement Error in
 Nonlinear Models", 2006, chapter 4). The model tells which of the two it was, by its errors over a row.
+
+Motors are told by a loop on board, which is faster than most logs, so that rows at the model's own step lose commands
+as well: a healthy robot's torques seemed to be a third of what they are. There a row has the mean of what is expected,
+and a part of what the command that was kept differs from it. As torques may be larger than the model says, and late,
+the rates tell: by how their changes go with those that the model predicts, at any scale and any lag.
 """
 
 from __future__ import annotations
@@ -17,12 +22,17 @@ from scipy.interpolate import make_smoothing_spline
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.windows import predict_windows
 from sym2real.diagnosis.settings import SETTINGS
+from sym2real.effects import effect
 from sym2real.effects.along_logs import prepared
 from sym2real.symbolic import Equations
 from sym2real.symbolic.period import steps_within
 from sym2real.trajectory import Trajectory
+from sym2real.vocabulary import MOTOR_TORQUES, RATE
 
 ROWS = 2  # of a delay, at most, that commands may have in the comparison
+LAGS = (0.0, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6)  # rows, of motors in it
+SHARES = (0.5, 0.25, 0.0)  # of a kept command's deviation that is a row's mean: one of so many that were sent
+POINTS = 8  # of a row, that its mean is taken of
 
 
 def with_lost_commands(model: Equations, data: Dataset) -> Dataset:
@@ -32,10 +42,42 @@ def with_lost_commands(model: Equations, data: Dataset) -> Dataset:
     """
     parts = steps_within(model, data.dt)
     if parts == 1:
-        return data
+        return _of_motors(model, data) if MOTOR_TORQUES[0] in model.quantities else data
     smooth = Dataset(_smooth(log, parts) for log in data)
     held, expected = (_likelihood_of_any_delay(model, logs, parts) for logs in (data, smooth))
     return smooth if expected - held > SETTINGS.sensor_deviations**2 else data
+
+
+def _of_motors(model: Equations, data: Dataset) -> Dataset:
+    """The same where rows are the model's steps, of motors whose torques turn the body."""
+    others = [Dataset(_mean(log, share) for log in data) for share in SHARES]
+    held, *expected = (_likelihood_of_any_lag(model, logs) for logs in (data, *others))
+    best = int(np.argmax(expected))
+    return others[best] if expected[best] - held > SETTINGS.sensor_deviations**2 else data
+
+
+def _likelihood_of_any_lag(model: Equations, data: Dataset) -> float:
+    """The best of all motors that follow at once, late, and slowly."""
+    delay, lag, times = effect("delay", model), effect("lag", model), torch.tensor(LAGS) * data.dt
+    likely = []
+    for late in range(ROWS + 1):
+        sent = [delay.filter(torch.as_tensor(log.action), data.dt, {"value": late * data.dt}) for log in data]
+        following = [lag.filter(action, data.dt, {"value": times}).numpy() for action in sent]  # (lags, rows, motors)
+        for slow in zip(*following, strict=True):
+            logs = (replace(log, action=action, between=None) for log, action in zip(data, slow, strict=True))
+            likely.append(_turning_likelihood(model, Dataset(logs)))
+    return max(likely)
+
+
+def _turning_likelihood(model: Equations, data: Dataset) -> float:
+    """Of the changes of body rates over a row, given those that the model predicts, at any scale."""
+    predict, logs = prepared(model, data)
+    windows = [predict_windows(predict, log, 1, "measured", stride=1) for log in logs]
+    columns = windows[0].layout.indices(RATE.columns)
+    change = [torch.stack([part.measured[:, 0], part.predicted[:, 0]]) - part.start for part in windows]
+    pairs = torch.cat(change, dim=1)[..., columns].permute(2, 0, 1)  # (axis, measured or predicted, rows)
+    together = torch.stack([torch.corrcoef(pair)[0, 1] for pair in pairs]).clamp_min(0.0)
+    return -0.5 * pairs.shape[-1] * float((1.0 - together.square()).log().sum())
 
 
 def _likelihood_of_any_delay(model: Equations, data: Dataset, parts: int) -> float:
@@ -66,6 +108,15 @@ def _smooth(log: Trajectory, parts: int) -> Trajectory:
     between = np.stack([make_smoothing_spline(rows, column)(moments) for column in log.action.T], axis=-1)
     between[:, 0] = log.action
     return replace(log, between=between)
+
+
+def _mean(log: Trajectory, share: float) -> Trajectory:
+    rows = np.arange(len(log), dtype=np.float64)
+    within = np.minimum(rows[:, None] + (np.arange(POINTS) + 0.5) / POINTS, rows[-1])
+    splines = [make_smoothing_spline(rows, column) for column in log.action.T]
+    smooth, mean = (np.stack([curve(at) for curve in splines], axis=-1) for at in (rows, within))
+    action = mean.mean(1) + share * (log.action - smooth)
+    return replace(log, action=action, between=action[:, None])
 
 
 def step_likelihood(model: Equations, data: Dataset) -> float:

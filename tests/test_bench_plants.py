@@ -80,7 +80,6 @@ def test_rotors_turn_with_the_body_as_gyroscopes_do() -> None:
     assert np.linalg.norm(with_rotors - true) < 0.05 * np.linalg.norm(without - true)
 
 
-
 def test_a_seed_draws_the_same_robot_and_a_model_that_is_wrong_by_no_more_than_said() -> None:
     first, again, other = Draw.of(5), Draw.of(5), Draw.of(6)
     assert first == again != other

@@ -136,7 +136,7 @@ def test_commands_that_are_held_stay_as_they_are() -> None:
 
 
 def test_a_healthy_robot_whose_motors_are_told_between_rows_has_no_weak_torques() -> None:
-    """A loop on board at 500 Hz, logged at 100 Hz: three of its torques seemed to be a third of what they are."""
+    """A loop on board at 500 Hz, logged at 100 Hz: its torques seemed to be a third of what they are."""
     model, sent = equations(every=1), motor_flights(period=0.002, every=1, seconds=6.0)
     logs = Dataset(thinned(log, 5) for log in sent)
     expected = with_lost_commands(model, logs)
@@ -148,7 +148,7 @@ def test_a_healthy_robot_whose_motors_are_told_between_rows_has_no_weak_torques(
     assert any("commands between rows are not in the logs" in note for note in answer.notes)
 
 
-@pytest.mark.parametrize("lag", [0.0, 0.02, 0.05])
+@pytest.mark.parametrize("lag", [0.0, 0.05])
 def test_motors_that_hold_their_commands_keep_them_however_slowly_they_follow(lag: float) -> None:
     held = with_speeds(motor_flights(lag=lag, every=1, seconds=4.0, names=("circle", "lemniscate")))
     assert with_lost_commands(equations(unit="rad/s", every=1), held) is held

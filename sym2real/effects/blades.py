@@ -23,7 +23,7 @@ which is solved exactly over a held step; the last yaw rate command is a hidden 
 from typing import Any
 
 import numpy as np
-from sympy import Expr, Integer, Max, exp, sqrt
+from sympy import Expr, Max, exp, sqrt
 
 from sym2real.effects import simulated_rotors, truth
 from sym2real.effects.body import GRAVITY, Body

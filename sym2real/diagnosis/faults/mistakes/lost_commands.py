@@ -26,7 +26,7 @@ from sym2real.effects import effect
 from sym2real.effects.along_logs import prepared
 from sym2real.symbolic import Equations
 from sym2real.symbolic.period import steps_within
-from sym2real.trajectory import Trajectory
+from sym2real.trajectory import Array, Trajectory
 from sym2real.vocabulary import MOTOR_TORQUES, RATE
 
 ROWS = 2  # of a delay, at most, that commands may have in the comparison
@@ -41,23 +41,19 @@ def with_lost_commands(model: Equations, data: Dataset) -> Dataset:
     Beyond chance: by a likelihood ratio of the errors over a row.
     """
     parts = steps_within(model, data.dt)
-    if parts == 1:
-        return _of_motors(model, data) if MOTOR_TORQUES[0] in model.quantities else data
-    smooth = Dataset(_smooth(log, parts) for log in data)
-    held, expected = (_likelihood_of_any_delay(model, logs, parts) for logs in (data, smooth))
-    return smooth if expected - held > SETTINGS.sensor_deviations**2 else data
-
-
-def _of_motors(model: Equations, data: Dataset) -> Dataset:
-    """The same where rows are the model's steps, of motors whose torques turn the body."""
-    others = [Dataset(_mean(log, share) for log in data) for share in SHARES]
-    held, *expected = (_likelihood_of_any_lag(model, logs) for logs in (data, *others))
+    if parts > 1:
+        likelihood, others = _likelihood_of_any_delay, [Dataset(_smooth(log, parts) for log in data)]
+    elif MOTOR_TORQUES[0] in model.quantities:
+        likelihood, others = _likelihood_of_any_lag, [Dataset(_mean(log, share) for log in data) for share in SHARES]
+    else:
+        return data
+    held, *expected = (likelihood(model, logs, parts) for logs in (data, *others))
     best = int(np.argmax(expected))
     return others[best] if expected[best] - held > SETTINGS.sensor_deviations**2 else data
 
 
-def _likelihood_of_any_lag(model: Equations, data: Dataset) -> float:
-    """The best of all motors that follow at once, late, and slowly."""
+def _likelihood_of_any_lag(model: Equations, data: Dataset, _: int) -> float:
+    """The best of all motors that follow at once, late, and slowly, where a row has one part."""
     delay, lag, times = effect("delay", model), effect("lag", model), torch.tensor(LAGS) * data.dt
     likely = []
     for late in range(ROWS + 1):
@@ -102,20 +98,22 @@ def _later(log: Trajectory, place: int, parts: int, late: int) -> Trajectory:
     return replace(log, action=between[:, 0], between=between)
 
 
-def _smooth(log: Trajectory, parts: int) -> Trajectory:
+def _expected(log: Trajectory, parts: int) -> Array:
+    """The smooth part of what was sent, at the start of so many parts of every row ``# (rows, parts, action)``."""
     rows = np.arange(len(log), dtype=np.float64)
     moments = np.minimum(rows[:, None] + np.arange(parts) / parts, rows[-1])
-    between = np.stack([make_smoothing_spline(rows, column)(moments) for column in log.action.T], axis=-1)
+    return np.stack([make_smoothing_spline(rows, column)(moments) for column in log.action.T], axis=-1)
+
+
+def _smooth(log: Trajectory, parts: int) -> Trajectory:
+    between = _expected(log, parts)
     between[:, 0] = log.action
     return replace(log, between=between)
 
 
 def _mean(log: Trajectory, share: float) -> Trajectory:
-    rows = np.arange(len(log), dtype=np.float64)
-    within = np.minimum(rows[:, None] + (np.arange(POINTS) + 0.5) / POINTS, rows[-1])
-    splines = [make_smoothing_spline(rows, column) for column in log.action.T]
-    smooth, mean = (np.stack([curve(at) for curve in splines], axis=-1) for at in (rows, within))
-    action = mean.mean(1) + share * (log.action - smooth)
+    smooth = _expected(log, POINTS)
+    action = smooth.mean(1) + share * (log.action - smooth[:, 0])
     return replace(log, action=action, between=action[:, None])
 
 

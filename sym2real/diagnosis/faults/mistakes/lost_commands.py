@@ -18,6 +18,7 @@ from dataclasses import replace
 import numpy as np
 import torch
 from scipy.interpolate import make_smoothing_spline
+from scipy.ndimage import gaussian_filter1d
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.windows import predict_windows
@@ -26,13 +27,13 @@ from sym2real.effects import effect
 from sym2real.effects.along_logs import prepared
 from sym2real.symbolic import Equations
 from sym2real.symbolic.period import steps_within
-from sym2real.trajectory import Array, Trajectory
+from sym2real.trajectory import Trajectory
 from sym2real.vocabulary import MOTOR_TORQUES, RATE
 
 ROWS = 2  # of a delay, at most, that commands may have in the comparison
 LAGS = (0.0, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6)  # rows, of motors in it
-SHARES = (0.5, 0.25, 0.0)  # of a kept command's deviation that is a row's mean: one of so many that were sent
-POINTS = 8  # of a row, that its mean is taken of
+SHARES = (0.5, 0.25)  # of a kept command's deviation that is a row's mean: one of so many that were sent
+WIDTH = 4.0  # rows, standard deviation of the kernel whose mean of motors' commands is their smooth part
 
 
 def with_lost_commands(model: Equations, data: Dataset) -> Dataset:
@@ -98,22 +99,18 @@ def _later(log: Trajectory, place: int, parts: int, late: int) -> Trajectory:
     return replace(log, action=between[:, 0], between=between)
 
 
-def _expected(log: Trajectory, parts: int) -> Array:
-    """The smooth part of what was sent, at the start of so many parts of every row ``# (rows, parts, action)``."""
+def _smooth(log: Trajectory, parts: int) -> Trajectory:
     rows = np.arange(len(log), dtype=np.float64)
     moments = np.minimum(rows[:, None] + np.arange(parts) / parts, rows[-1])
-    return np.stack([make_smoothing_spline(rows, column)(moments) for column in log.action.T], axis=-1)
-
-
-def _smooth(log: Trajectory, parts: int) -> Trajectory:
-    between = _expected(log, parts)
+    between = np.stack([make_smoothing_spline(rows, column)(moments) for column in log.action.T], axis=-1)
     between[:, 0] = log.action
     return replace(log, between=between)
 
 
 def _mean(log: Trajectory, share: float) -> Trajectory:
-    smooth = _expected(log, POINTS)
-    action = smooth.mean(1) + share * (log.action - smooth[:, 0])
+    """With what is expected of a row's mean, by a smooth part that a kernel finds: a spline takes seconds for a log."""
+    smooth = gaussian_filter1d(log.action, WIDTH, axis=0, mode="nearest")
+    action = (smooth + np.concatenate([smooth[1:], smooth[-1:]])) / 2 + share * (log.action - smooth)
     return replace(log, action=action, between=action[:, None])
 
 

@@ -32,8 +32,9 @@ from sym2real.vocabulary import MOTOR_TORQUES, RATE
 
 ROWS = 2  # of a delay, at most, that commands may have in the comparison
 LAGS = (0.0, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6)  # rows, of motors in it
-SHARES = (0.5, 0.25)  # of a kept command's deviation that is a row's mean: one of so many that were sent
-WIDTH = 4.0  # rows, standard deviation of the kernel whose mean of motors' commands is their smooth part
+# Of motors' commands a row's mean is on the line to the next row, of a smooth part by a kernel of so many rows
+# (standard deviation) and of a part of what the kept command differs from it: one of so many that were sent.
+MEANS = ((0.1, 0.0), (4.0, 0.5), (4.0, 0.25))
 
 
 def with_lost_commands(model: Equations, data: Dataset) -> Dataset:
@@ -45,7 +46,7 @@ def with_lost_commands(model: Equations, data: Dataset) -> Dataset:
     if parts > 1:
         likelihood, others = _likelihood_of_any_delay, [Dataset(_smooth(log, parts) for log in data)]
     elif MOTOR_TORQUES[0] in model.quantities:
-        likelihood, others = _likelihood_of_any_lag, [Dataset(_mean(log, share) for log in data) for share in SHARES]
+        likelihood, others = _likelihood_of_any_lag, [Dataset(_mean(log, *of) for log in data) for of in MEANS]
     else:
         return data
     held, *expected = (likelihood(model, logs, parts) for logs in (data, *others))
@@ -53,7 +54,7 @@ def with_lost_commands(model: Equations, data: Dataset) -> Dataset:
     return others[best] if expected[best] - held > SETTINGS.sensor_deviations**2 else data
 
 
-def _likelihood_of_any_lag(model: Equations, data: Dataset, _: int) -> float:
+def _likelihood_of_any_lag(model: Equations, data: Dataset, parts: int) -> float:
     """The best of all motors that follow at once, late, and slowly, where a row has one part."""
     delay, lag, times = effect("delay", model), effect("lag", model), torch.tensor(LAGS) * data.dt
     likely = []
@@ -107,9 +108,9 @@ def _smooth(log: Trajectory, parts: int) -> Trajectory:
     return replace(log, between=between)
 
 
-def _mean(log: Trajectory, share: float) -> Trajectory:
-    """With what is expected of a row's mean, by a smooth part that a kernel finds: a spline takes seconds for a log."""
-    smooth = gaussian_filter1d(log.action, WIDTH, axis=0, mode="nearest")
+def _mean(log: Trajectory, width: float, share: float) -> Trajectory:
+    """With what is expected of every row's mean, as of :data:`MEANS`; a smoothing spline takes seconds for a log."""
+    smooth = gaussian_filter1d(log.action, width, axis=0, mode="nearest")
     action = (smooth + np.concatenate([smooth[1:], smooth[-1:]])) / 2 + share * (log.action - smooth)
     return replace(log, action=action, between=action[:, None])
 

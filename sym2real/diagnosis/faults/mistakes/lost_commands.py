@@ -14,16 +14,17 @@ the rates tell: by how their changes go with those that the model predicts, at a
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import torch
 from scipy.interpolate import make_smoothing_spline
 from scipy.ndimage import gaussian_filter1d
+from scipy.signal import lfilter
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.windows import predict_windows
 from sym2real.diagnosis.settings import SETTINGS
-from sym2real.effects import effect
 from sym2real.effects.along_logs import prepared
 from sym2real.symbolic import Equations
 from sym2real.symbolic.period import steps_within
@@ -56,15 +57,15 @@ def with_lost_commands(model: Equations, data: Dataset) -> Dataset:
 
 def _likelihood_of_any_lag(model: Equations, data: Dataset, parts: int) -> float:
     """The best of all motors that follow at once, late, and slowly, where a row has one part."""
-    delay, lag, times = effect("delay", model), effect("lag", model), torch.tensor(LAGS) * data.dt
-    likely = []
-    for late in range(ROWS + 1):
-        sent = [delay.filter(torch.as_tensor(log.action), data.dt, {"value": late * data.dt}) for log in data]
-        following = [lag.filter(action, data.dt, {"value": times}).numpy() for action in sent]  # (lags, rows, motors)
-        for slow in zip(*following, strict=True):
-            logs = (replace(log, action=action, between=None) for log, action in zip(data, slow, strict=True))
-            likely.append(_turning_likelihood(model, Dataset(logs)))
-    return max(likely)
+    pairs = product(range(0, (ROWS + 1) * parts, parts), LAGS)
+    return max(_turning_likelihood(model, Dataset(_following(log, *pair) for log in data)) for pair in pairs)
+
+
+def _following(log: Trajectory, late: int, time: float) -> Trajectory:
+    """With the means over rows of what follows the commands so many rows late, at first order with a time in rows."""
+    sent, kept = log.action[np.maximum(np.arange(len(log)) - late, 0)], np.exp(-1.0 / max(time, 1e-9))
+    before = sent[0] + lfilter([0.0, 1.0 - kept], [1.0, -kept], sent - sent[0], axis=0)
+    return replace(log, action=sent + (before - sent) * time * (1.0 - kept), between=None)
 
 
 def _turning_likelihood(model: Equations, data: Dataset) -> float:

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from motor_flights import equations, motor_flights, thinned, with_speeds
 from standard_set import Case, simulate_case
 
 from sym2real.dataset import Dataset
@@ -131,28 +130,3 @@ def test_commands_that_a_recorder_lost_are_no_effect(tmp_path: Path) -> None:
 def test_commands_that_are_held_stay_as_they_are() -> None:
     held = simulate_case(Case("mushr", seed=41), trajectories=2, rows=200, robot=MUSHR.at_period(PERIOD))
     assert with_lost_commands(MUSHR.nominal(), held) is held
-
-
-def test_a_healthy_robot_whose_motors_are_told_between_rows_has_no_weak_torques() -> None:
-    """A loop on board at 500 Hz, logged at 100 Hz: its torques seemed to be a third of what they are."""
-    model, sent = equations(every=1), motor_flights(period=0.002, every=1, seconds=6.0)
-    logs = Dataset(thinned(log, 5) for log in sent)
-    expected = with_lost_commands(model, logs)
-    means = np.concatenate([log.action[: len(log) // 5 * 5].reshape(-1, 5, 4).mean(1) for log in sent])
-    kept, now = (np.concatenate([log.action for log in data]) for data in (logs, expected))
-    assert np.square(now - means).sum() < 0.5 * np.square(kept - means).sum()
-    answer = diagnose(model, logs, exclude=("delay*", "lag*", "limit*", "rate_limit*", "dead_band*", "sensor_*"))
-    assert (answer.verdict, answer.findings) == ("NOTHING_MISSING", ())
-    assert any("commands between rows are not in the logs" in note for note in answer.notes)
-
-
-@pytest.mark.parametrize("lag", [0.0, 0.05])
-def test_motors_that_hold_their_commands_keep_them_however_slowly_they_follow(lag: float) -> None:
-    held = with_speeds(motor_flights(lag=lag, every=1, seconds=4.0, names=("circle", "lemniscate")))
-    assert with_lost_commands(equations(unit="rad/s", every=1), held) is held
-
-
-def test_weak_torques_are_not_taken_for_lost_commands() -> None:
-    hidden = {"torque_scale": {"kx": 0.5, "ky": 0.4, "kz": 0.3}}
-    held = motor_flights(hidden=hidden, every=1, seconds=4.0, names=("circle", "lemniscate"))
-    assert with_lost_commands(equations(every=1), held) is held

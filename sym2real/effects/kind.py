@@ -128,7 +128,6 @@ class Kind:
         reads: inputs that it goes by where the equations have them.
         weighed: how to tell it from what equals it on every flight, for a sentence; "" where nothing does.
         nuisance: factors on its value between which nobody knows a healthy robot's, so that it is free in every fit.
-        where_lost: the same where commands between rows are lost: those that were kept, held, seem to do less.
         of_joints: name of the kind that a robot of joints has in its place; "" for none.
     """
 
@@ -158,7 +157,6 @@ class Kind:
     reads: tuple[str, ...] = ()
     weighed: str = ""
     nuisance: tuple[float, float] | None = None
-    where_lost: tuple[float, float] | None = None
     of_joints: str = ""
 
     def fits(self, body: Body) -> bool:

@@ -101,7 +101,6 @@ TORQUE_SCALE = Kind(
     ),
     needs=("thrust", *MOTOR_TORQUES, "wx", "wy", "wz"),
     robot="quadrotor",
-    where_lost=(0.1, 1.0),  # a white part of what ten commands to a row do is held to be ten times as much
 )
 
 

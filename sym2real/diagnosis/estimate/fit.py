@@ -211,15 +211,9 @@ class Problems:
         return steps[int(holds.int().argmax())]
 
 
-def nuisance_of(library: Library, origin: Tensor, *, lost: bool) -> Nuisance:
-    """The nuisance of a library around what is known of its base ``# (P,)``.
-
-    Args:
-        library, origin: of the base.
-        lost: whether commands were sent between rows that no row tells.
-    """
-    factors_of = {key: (lost and effect.of.where_lost) or effect.of.nuisance for key, effect in library.effects.items()}
-    known = [(slot, factors) for key, factors in factors_of.items() for slot in library.indices(key)]
+def nuisance_of(library: Library, origin: Tensor) -> Nuisance:
+    """The nuisance of a library around what is known of its base ``# (P,)``."""
+    known = [(slot, effect.of.nuisance) for key, effect in library.effects.items() for slot in library.indices(key)]
     bounds = [(slot, float(origin[slot]), factors) for slot, factors in known if factors is not None]
     return Nuisance(
         tuple(slot for slot, _, _ in bounds),

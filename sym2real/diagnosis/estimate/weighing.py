@@ -154,11 +154,7 @@ def _prepared(base: Refined, logs: Dataset, weighed: Whitened, swing: Swing | No
         checked=replace(base.examined.checked, data=logs),
         scored=logs if question.held_out is None else base.examined.scored,
         tried=candidates(searched, logs),
-        problems=Problems.of(
-            weighed.problem,
-            weighed.whitening,
-            nuisance_of(searched, searched.null, lost=base.examined.checked.commands_lost),
-        ),
+        problems=Problems.of(weighed.problem, weighed.whitening, nuisance_of(searched, searched.null)),
         spread=weighed.spread,
         overfit=weighed.values,
         origin=searched.null,
@@ -173,9 +169,7 @@ def calibrate_base(prepared: Prepared) -> Prepared:
         return prepared
     searched = prepared.problems.problem.library
     own = calibrated(searched, prepared.tried, prepared.flown, prepared.whitening)
-    problems = replace(
-        prepared.problems, nuisance=nuisance_of(searched, own.origin, lost=prepared.checked.commands_lost)
-    )
+    problems = replace(prepared.problems, nuisance=nuisance_of(searched, own.origin))
     return replace(prepared, problems=problems, origin=own.origin, calibration=own)
 
 
@@ -187,11 +181,7 @@ def uncalibrated(prepared: Prepared) -> Prepared:
         prepared,
         searched=library,
         tried=candidates(library, known.data),
-        problems=replace(
-            prepared.problems,
-            problem=problem,
-            nuisance=nuisance_of(library, library.null, lost=prepared.checked.commands_lost),
-        ),
+        problems=replace(prepared.problems, problem=problem, nuisance=nuisance_of(library, library.null)),
         origin=library.null,
         calibration=None,
         notes=(*prepared.notes, CONTRADICTED),

@@ -197,9 +197,7 @@ class Problem:
         output = self.library.output
         if output is None:
             return states
-        given = [states]
-        if parameters.shape[-1]:
-            given.append(parameters.expand(*states.shape[:-1], -1))
+        given = [states, parameters.expand(*states.shape[:-1], -1)] if parameters.shape[-1] else [states]
         found: Tensor = output(*given)
         return found
 
@@ -222,8 +220,7 @@ class Problem:
 
     def _warmed_up(self, commands: tuple[Tensor, Tensor], sets: Tensor, parameters: Tensor) -> Tensor:
         segments, first = self.segments, self.library.hidden_start
-        log = torch.as_tensor(segments.log)[:, None]
-        rows = segments.rows_before()
+        log, rows = torch.as_tensor(segments.log)[:, None], segments.rows_before()
         sent, known = commands[0][commands[1][:, None, None], log, rows], self._inputs[log, rows]
         before = self._start(segments.before, sets, parameters, None)
         size = self.library.equations.layouts.state.size - self._visible

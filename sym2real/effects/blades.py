@@ -6,10 +6,7 @@ and y.
 ``translational_lift``. Rotors that lift more in moving air: T (1 + k (u² + v²)), u and v the velocity along body x and
 y.
 
-``rotor_reaction``. Rotors hold angular momentum: to speed up they turn the body the other way, and where it turns they
-turn with it, like any gyroscope. With Ω = Σ± ω_i, the sign that of a rotor's reaction torque::
-
-    τ = J_r (ω_y Ω, -ω_x Ω, dΩ/dt)
+``rotor_reaction``. Rotors that speed up turn the body the other way: τ_z = J_r Σ± dω_i/dt.
 
 Rotor speeds are √(T_i/k_f). Of motors, their sum with signs changes at once when a command changes; its last value is
 a hidden state. A rate loop moves it by G per torque, G = 1/(2 κ √(k_f T/4)), κ the
@@ -23,7 +20,7 @@ which is solved exactly over a held step; the last yaw rate command is a hidden 
 from typing import Any
 
 import numpy as np
-from sympy import Expr, Max, exp, sqrt
+from sympy import Expr, Integer, Max, exp, sqrt
 
 from sym2real.effects import simulated_rotors, truth
 from sym2real.effects.body import GRAVITY, Body
@@ -124,13 +121,8 @@ def _of_motors(equations: Equations, inertia: Expr, body: Body) -> Equations:
         equations, {SUM: sum(sign * speed for sign, speed in zip(spins(equations), speeds, strict=True))}
     )
     equations = with_hidden(equations, SUM_MEMORY, "rad/s", symbol(SUM), start=symbol(SUM))
-    change = (symbol(SUM) - symbol(SUM_MEMORY)) / equations.dt
-    return push(equations, body, torque=(*_gyroscopic(inertia, symbol(SUM)), inertia * change))
-
-
-def _gyroscopic(inertia: Expr, total: Expr) -> tuple[Expr, Expr]:
-    """What turns rotors with the body, about x and y, N m; ``total`` is Ω in rad/s."""
-    return inertia * symbol("wy") * total, -inertia * symbol("wx") * total
+    torque = inertia * (symbol(SUM) - symbol(SUM_MEMORY)) / equations.dt
+    return push(equations, body, torque=(Integer(0), Integer(0), torque))
 
 
 def _of_loop(equations: Equations, inertia: Expr, body: Body) -> Equations:
@@ -143,8 +135,7 @@ def _of_loop(equations: Equations, inertia: Expr, body: Body) -> Equations:
     kept = exp(-loop.gain * loop.dt / (1 + share))
     end = loop.command + (loop.rate + jump - loop.command) * kept
     end += torque / loop.inertia * (1 - kept) / loop.gain
-    about_z = loop.torque_that_ends_at(end) - torque
-    return push(equations, body, torque=(*_gyroscopic(inertia, speeds * loop.mean_torque()), about_z))
+    return push(equations, body, torque=(Integer(0), Integer(0), loop.torque_that_ends_at(end) - torque))
 
 
 def _inject(body: Body, values: Numbers) -> Change:
@@ -161,8 +152,7 @@ def _inject(body: Body, values: Numbers) -> Change:
         total = float(signs @ np.sqrt(pushes / body.number("rotor_thrust")))
         change = (total - (last[0] if last else total)) / model.opt.timestep
         last[:] = [total]
-        momentum = values["value"] * np.array([0.0, 0.0, -total])
-        truth.add_torque(data, [0.0, 0.0, values["value"] * change] - np.cross(truth.rates(data), momentum))
+        truth.add_torque(data, np.array([0.0, 0.0, values["value"] * change]))
 
     return Change("", force=turn, command=begin)
 
@@ -171,14 +161,14 @@ ROTOR_REACTION = Kind(
     name="rotor_reaction",
     stage="loop",
     parameters=_rotor_reaction_parameters,
-    formula=r"\tau = J_r\,(q\,\Omega,\; -p\,\Omega,\; \dot\Omega), \quad \Omega = \sum \pm \omega_i",
-    summary="Rotors resist a change of their speed, about yaw, and of their axis, as a gyroscope does.",
+    formula=r"\tau_z = J_r \sum \pm \dot\omega_i",
+    summary="Rotors that speed up or slow down turn the body about yaw.",
     confused_with="a stiffer yaw rate loop",
     shown_by="fast changes of the yaw rate, to both sides",
     fix="put the rotors' inertia into the model; a softer yaw loop makes it matter less",
     inject=_inject,
     substitute=_rotor_reaction_substitute,
-    needs=("thrust", "wx", "wy", "wz"),
+    needs=("thrust", "wz"),
     numbers=("rotor_thrust", "torque_per_thrust", "jz"),
     hidden=(SUM_MEMORY, COMMAND_MEMORY),
     robot="quadrotor",

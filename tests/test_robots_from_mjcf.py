@@ -378,6 +378,11 @@ def test_a_file_that_is_no_robot_is_refused_with_the_reason(
         Robot.from_mjcf(file)
 
 
+def test_a_column_that_a_user_gives_twice_is_refused(arm: Robot) -> None:
+    with pytest.raises(ModelError, match="named otherwise than those of joints, found waist"):
+        Robot.from_mjcf(arm.description.mjcf, actions={"to_waist": "waist", "lift": "lift"})
+
+
 def test_a_urdf_which_has_no_actuators_is_refused_with_what_to_do(tmp_path: Path) -> None:
     swings = """
     <robot name="pendulum">

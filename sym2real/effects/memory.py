@@ -107,11 +107,22 @@ def kept(time: Tensor, dt: float) -> tuple[Tensor, Tensor]:
     return left, time / dt * (1 - left)
 
 
+def _faded(rows: Tensor, left: Tensor) -> Tensor:
+    """Every row and what is left of those before it, y' = left·y + row ``# (..., T, C)``.
+
+    The sum over earlier rows is doubled in length at every pass.
+    """
+    reach = 1
+    while reach < rows.shape[-2]:
+        rows = torch.cat([rows[..., :reach, :], rows[..., reach:, :] + left * rows[..., :-reach, :]], dim=-2)
+        reach, left = 2 * reach, left * left
+    return rows
+
+
 def lag() -> Memory:
     """First-order lag of a held command: its mean over the period.
 
-    The distance d of the memory from the command obeys d' = left·d + a - a', a sum over all earlier rows that is
-    doubled in length at every pass.
+    The distance d of the memory from the command obeys d' = left·d + a - a'.
     """
 
     def run(memory: Tensor, rows: Tensor, dt: float, values: Given) -> tuple[Tensor, Tensor]:
@@ -119,11 +130,7 @@ def lag() -> Memory:
         batch = np.broadcast_shapes(memory.shape[:-1], rows.shape[:-2], left.shape[:-2])
         rows = rows.expand(*batch, *rows.shape[-2:])
         first = (memory - rows[..., 0, :]).expand(*batch, rows.shape[-1])
-        away = torch.cat([first[..., None, :], rows[..., :-1, :] - rows[..., 1:, :]], dim=-2)
-        reach, factor = 1, left
-        while reach < rows.shape[-2]:
-            away = torch.cat([away[..., :reach, :], away[..., reach:, :] + factor * away[..., :-reach, :]], dim=-2)
-            reach, factor = 2 * reach, factor * factor
+        away = _faded(torch.cat([first[..., None, :], rows[..., :-1, :] - rows[..., 1:, :]], dim=-2), left)
         return rows[..., -1, :] + away[..., -1, :] * left[..., 0, :], rows + away * mean
 
     return Memory(first_row, run)
@@ -205,12 +212,8 @@ def sampled_lag() -> Memory:
         filtered, before = memory.expand(*batch, memory.shape[-1]).chunk(2, dim=-1)
         earlier = torch.cat([before[..., None, :], rows[..., :-1, :]], dim=-2)
         driven = rows - (rows - earlier) * mean[..., None, :] - earlier * left[..., None, :]
-        part = left.cpu().numpy()
-
-        def follow(now: Array, row: Array, after: Array) -> None:
-            np.add(row, part * now, out=after)
-
-        after = _passed(follow, filtered, driven)[..., 1:, :]
+        first = driven[..., :1, :] + (left * filtered)[..., None, :]
+        after = _faded(torch.cat([first, driven[..., 1:, :]], dim=-2), left[..., None, :])
         return torch.cat([after[..., -1, :], rows[..., -1, :]], dim=-1), after
 
     return Memory(begin, run)

@@ -61,7 +61,7 @@ def from_mjcf(
         path: of the file, or its text; meshes and includes are looked for beside a file.
         name: key in the registry; by default the file's stem.
         actions: actuators that are commanded, as ``{actuator: column}`` where columns are to be called otherwise; all
-            by default. The column of one that is called as a joint, J, is ``J_cmd``.
+            by default. The column of one that the file calls as a joint, J, is ``J_cmd``.
         state: columns of the state (:mod:`sym2real.robots.mjcf_columns`); all by default. With ``sin_yaw`` the robot
             is one of the plane (:mod:`sym2real.robots.planar`).
         dt: control period in s, simulated in whole steps no longer than the file's; by default near 20 ms.
@@ -178,8 +178,9 @@ def default_recipe(
 
 def _named(actions: Mapping[str, str] | Sequence[str], known: Collection[str]) -> dict[str, str]:
     """Column of every actuator; a file may call one as the joint that it moves, whose column is known by that name."""
-    named = actions if isinstance(actions, Mapping) else {action: action for action in actions}
-    return {actuator: f"{column}_cmd" if column in known else column for actuator, column in named.items()}
+    if isinstance(actions, Mapping):
+        return dict(actions)
+    return {actuator: f"{actuator}_cmd" if actuator in known else actuator for actuator in actions}
 
 
 def _state(known: Mapping[str, Any], wanted: Sequence[str] | None) -> Layout:

@@ -266,5 +266,9 @@ def inertias(model: mujoco.MjModel, data: Any) -> Array:
 
 
 def layouts_of(model: mujoco.MjModel, state: Layout, actions: Mapping[str, str]) -> Layouts:
-    """All columns."""
-    return Layouts(state, actions_of(model, actions), inputs_of(model))
+    """All columns; an action that has a state column's name must be given another."""
+    action = actions_of(model, actions)
+    twice = [column for column in action if column in state]
+    if twice:
+        raise ModelError(f"expected columns of actions named otherwise than those of joints, found {', '.join(twice)}")
+    return Layouts(state, action, inputs_of(model))

@@ -1,4 +1,4 @@
-"""What a learned base is worth in flight: MPPI with it against MPPI that plans with MuJoCo itself."""
+"""What a learned base is worth in flight: against MPPI that plans with MuJoCo itself, and on goals it never saw."""
 
 from __future__ import annotations
 
@@ -21,12 +21,14 @@ from sym2real.plants import MujocoPlant
 from sym2real.regression import BeamSearch
 from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, Robot
 from sym2real.symbolic import Equations
-from sym2real.tasks import make_task
+from sym2real.tasks import Task, make_task, unseen_goal
+from sym2real.tasks.task import flies
 
 CM = 100.0
 TRAIN_SEED, TEST_SEED, STAGE_SEED = 7001, 9001, 5001
 CLOSED_LOOP_SEEDS = range(3001, 3006)
 CLOSED_LOOP_SECONDS = 5.0
+ZERO_SHOT = 20
 
 
 def say(text: str) -> None:
@@ -61,6 +63,30 @@ def closed_loop_pair(robot_name: str, equations: str, task_name: str, seed: int)
     )
 
 
+def zero_shot_figure(robot: Robot, training: Task, *, episodes: int, limit: float, seconds: float, bar: str) -> Figure:
+    """Unseen goals or starts, flown with a base that saw only one goal or a narrow range of starts."""
+    say(f"zero-shot: {robot.name}, {episodes} episodes")
+    settings = StageOne(episodes, pushed=False, until_settled=False, seed=STAGE_SEED)
+    base = stage_one(MujocoPlant(robot), [training], BeamSearch(angles=robot.recipe.angles), settings)
+    with ProcessPoolExecutor(2) as pool:
+        finals = list(
+            pool.map(partial(zero_shot_error, robot.name, base.equations.to_json(), seconds), range(ZERO_SHOT))
+        )
+    successes = sum(final < limit for final in finals)
+    return Figure(f"{robot.name} zero-shot successes of {ZERO_SHOT}", successes, "runs", bar)
+
+
+def zero_shot_error(robot_name: str, equations: str, seconds: float, run: int) -> float:
+    """Mean position error in m over the last second of one run."""
+    torch.set_num_threads(1)
+    robot = ROBOTS[robot_name]
+    goal = tuple(unseen_goal(np.random.default_rng([TEST_SEED, run])))
+    task = make_task("hover", robot, goal=goal) if flies(robot) else make_task("park", robot, start_region="unseen")
+    controller = mppi_controller(Equations.from_json(equations), robot, task, seed=run)
+    flight = fly(MujocoPlant(robot), controller, task, seconds=seconds, seed=TEST_SEED + run)
+    return float("inf") if flight.crashed else flight.final
+
+
 def closed_loop() -> list[Figure]:
     """MPPI with the equations against MPPI with MuJoCo, on every task."""
     quadrotor = BeamSearch().fit(quadrotor_flights(3, TRAIN_SEED).transitions())
@@ -71,4 +97,12 @@ def closed_loop() -> list[Figure]:
     return [
         *(closed_loop_ratio(MUSHR, car, task) for task in ("circle", "park")),
         *(closed_loop_ratio(CRAZYFLIE, quadrotor, task) for task in ("hover", "circle", "lemniscate")),
+    ]
+
+
+def zero_shot() -> list[Figure]:
+    """Bases that saw one goal, or a narrow range of starts, on others."""
+    return [
+        zero_shot_figure(CRAZYFLIE, make_task("hover", CRAZYFLIE), episodes=10, limit=0.1, seconds=8.0, bar=">= 20"),
+        zero_shot_figure(MUSHR, make_task("park", MUSHR), episodes=20, limit=0.15, seconds=15.0, bar=">= 19"),
     ]

@@ -1,6 +1,6 @@
-"""Figures of the base model: open-loop prediction, wrench inputs, closed loop.
+"""Figures of the base model: open-loop prediction, wrench inputs, closed loop, zero-shot.
 
-Fresh seeds: nothing in the package was tuned on them. ``--quick`` leaves out the closed loop.
+Fresh seeds: nothing in the package was tuned on them. ``--quick`` leaves out the closed loop and the zero-shot flights.
 
     python tools/bench/base_model.py --quick
     python tools/bench/base_model.py --json build/base_model.json
@@ -17,7 +17,7 @@ from typing import Literal
 import numpy as np
 import torch
 import tyro
-from base_flown import CLOSED_LOOP_SEEDS, CM, STAGE_SEED, TEST_SEED, TRAIN_SEED, closed_loop, say
+from base_flown import CLOSED_LOOP_SEEDS, CM, STAGE_SEED, TEST_SEED, TRAIN_SEED, closed_loop, say, zero_shot
 from figures import Figure, report
 from wild_flights import reverse_drives, wild_drives, wild_flights
 
@@ -35,7 +35,7 @@ from sym2real.trajectory import Trajectory
 
 HORIZON = 0.8
 
-Section = Literal["quadrotor-flights", "quadrotor-stage-one", "car-stage-one", "closed-loop"]
+Section = Literal["quadrotor-flights", "quadrotor-stage-one", "car-stage-one", "zero-shot", "closed-loop"]
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Options:
     """Measure the base model's figures.
 
     Args:
-        quick: leave out the closed loop.
+        quick: leave out closed loop and zero-shot.
         only: measure these sections alone.
         json: write the figures to this file (- is standard output).
     """
@@ -174,14 +174,16 @@ SECTIONS: dict[Section, Callable[[], list[Figure]]] = {
     "quadrotor-flights": quadrotor_from_flights,
     "quadrotor-stage-one": quadrotor_from_stage_one,
     "car-stage-one": car_from_stage_one,
+    "zero-shot": zero_shot,
     "closed-loop": closed_loop,
 }
+SLOW = ("zero-shot", "closed-loop")
 
 
 def main(options: Options) -> None:
     """Measure, print, write."""
     torch.set_num_threads(1)
-    chosen = options.only or [name for name in SECTIONS if not (options.quick and name == "closed-loop")]
+    chosen = options.only or [name for name in SECTIONS if not (options.quick and name in SLOW)]
     figures = [figure for name in chosen for figure in SECTIONS[name]()]
     report("base model", figures, [TRAIN_SEED, TEST_SEED, STAGE_SEED, *CLOSED_LOOP_SEEDS], options.json)
 

@@ -19,14 +19,17 @@ from figures import report
 
 @dataclass(frozen=True)
 class Options:
-    """Measure the loop's period, inject faults, drive the car."""
+    """Measure the loop's period, inject faults, drive the car.
+
+    Args:
+        quick: one hover of 5 s, one adaptation.
+        out: folder that keeps every hover; the same command goes on with those that are missing.
+        json: write the figures to this file (- is standard output).
+    """
 
     quick: bool = False
-    """One hover of 5 s, one adaptation."""
-    out: Path | None = None
-    """Folder that keeps every hover; the same command goes on with those that are missing."""
+    out: Path = hardware_timing.Options.out
     json: Path | None = None
-    """Write the figures to this file (- is standard output)."""
 
 
 def main(options: Options) -> None:

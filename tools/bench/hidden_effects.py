@@ -27,7 +27,7 @@ from figures import Figure, report
 from hidden_control import control_figures
 from hidden_question import Question
 from hidden_scores import figures
-from repeated import answers_of, print_table
+from repeated import answers_of, print_table, spread
 from standard_cases import standard_cases
 
 from sym2real.effects import equivalents
@@ -120,7 +120,9 @@ def main(options: Options) -> None:
     )
     print_table("what was found", ("question", "first", "CPU s", "findings", "largest difference"), said)
     rows = [figure for robot in options.robots for figure in figures(records, robot)]
-    rows.append(Figure("memory of the process", max(one["memory"] for one in records), "GB"))
+    rows += spread("CPU time of a diagnosis", [one["cpu"] for one in records], "s", "<= 3")
+    rows.append(Figure("CPU time of a diagnosis: longest", max(one["cpu"] for one in records), "s", "<= 30"))
+    rows.append(Figure("memory of the process", max(one["memory"] for one in records), "GB", "<= 3"))
     if options.control:
         flights = 1 if options.quick else FLIGHTS
         for robot in options.robots:

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import product
 
 import torch
@@ -63,7 +64,7 @@ class Terms:
         flown = None if own is None else Side.of(own.problem, own.spread, own.origin, fit, features)
         return cls(features, side, flown, problems, fit)
 
-    @property
+    @cached_property
     def pairs(self) -> list[tuple[int, str]]:
         """Channels, each with what it may depend on: parameters that were found with ranks of features alone."""
         ranked = {name for name, feature in self.features.items() if feature.columns and not feature.within}
@@ -115,8 +116,8 @@ class Terms:
         needed = SETTINGS.gain_beside if self.features[judged.name].within else SETTINGS.term_gain
         if gain <= needed or judged.chance(problems.blocks) >= SETTINGS.false_alarms_of_each(len(self.pairs)):
             return None
-        alike = problems.log_count >= SETTINGS.fewest_logs and judged.chance(problems.logs) > SETTINGS.level
-        return None if alike else (gain, judged, whitening)
+        by_trim = problems.log_count >= SETTINGS.fewest_logs and judged.chance(problems.logs) > SETTINGS.level
+        return None if by_trim else (gain, judged, whitening)
 
     def leftover(self, judged: Judged, whitening: Whitening) -> Leftover:
         """What an accepted term says: of a disturbance how large it is, of a parameter what its effect is."""
@@ -146,7 +147,7 @@ class Terms:
 
 
 def find_dependence(selection: Selection, spread: Spread, own: Calibration | None = None) -> tuple[Leftover, ...]:
-    """The dependent disturbance that lowers held-out errors most; none where none is beyond chance.
+    """The disturbance, or parameter that was found, whose dependence lowers held-out errors most; none within chance.
 
     Args:
         selection: what was found.

@@ -16,7 +16,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import cached_property
 from itertools import product
 
 import torch
@@ -64,7 +63,7 @@ class Terms:
         flown = None if own is None else Side.of(own.problem, own.spread, own.origin, fit, features)
         return cls(features, side, flown, problems, fit)
 
-    @cached_property
+    @property
     def pairs(self) -> list[tuple[int, str]]:
         """Channels, each with what it may depend on: parameters that were found with ranks of features alone."""
         ranked = {name for name, feature in self.features.items() if feature.columns and not feature.within}

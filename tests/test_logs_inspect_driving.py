@@ -10,6 +10,7 @@ from log_files import saved
 
 from sym2real.cli import main
 from sym2real.logs import Inspection, LogSpec, inspect_logs, read_log
+from sym2real.robots import ROBOTS
 from sym2real.trajectory import Array
 
 TIME, _, YAW, SPEED, STEER = car()
@@ -62,6 +63,18 @@ def test_a_velocity_to_the_side_that_is_always_zero_says_nothing_of_the_unit(
     assert (found.spec.velocity_frame, found.spec.columns["vx"].unit) == ("body", unit)
     evidence = next(row.evidence for row in found.rows if row.column == "twist_vx")
     assert float(re.findall(r"moves (\S+) times", evidence)[0]) == pytest.approx(factor, rel=0.1)
+
+
+@pytest.mark.parametrize("letters", ["wz", "zw"])
+def test_a_quaternion_of_the_components_that_a_robot_on_the_ground_has_is_its_heading(
+    tmp_path: Path, letters: str
+) -> None:
+    parts = {"w": np.cos(YAW / 2), "z": np.sin(YAW / 2)}
+    columns = drive(steer=STEER, speed=SPEED, **{f"orientation.{letter}": parts[letter] for letter in letters})
+    found = inspect_logs(saved(tmp_path, columns, "car.csv"))
+    read = read_log(tmp_path / "car.csv", LogSpec.parse(found.toml()), layouts=ROBOTS["mushr"].layouts)
+    turned = np.angle(np.exp(1j * (np.arctan2(read.column("sin_yaw"), read.column("cos_yaw")) - YAW[: len(read)])))
+    assert np.abs(turned).max() < 1e-6
 
 
 @pytest.mark.parametrize(("sine", "cosine"), [("yaw_sin", "yaw_cos"), ("sinPsi", "cosPsi"), ("heading_sine", "cosine")])

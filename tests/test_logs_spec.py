@@ -77,7 +77,7 @@ BAD = {
     "[columns]\nx = {column = 'a', scale = -1}": "columns.x.scale to be a number > 0.0, found -1",
     "[columns]\nx = {column = 'a', zero = 'mid'}": "columns.x.zero to be a number, found 'mid'",
     "[columns]\nx = {column = 'a', zero = nan}": "columns.x.zero to be a finite number, found nan",
-    "[attitude]\nquaternion = ['a', 'b', 'c']": "a quaternion of 4 columns or euler with 3",
+    "[attitude]\nquaternion = ['a', 'b', 'c']": "a quaternion of 4 columns, or of 2",
     "[attitude]\nquaternion = ['a','b','c','d']\norder = 'zyxw'": "attitude.order to be one of wxyz, xyzw",
     "[attitude]\nquaternion = ['a','b','c','d']\ndirection = 'up'": "body_to_world, world_to_body",
     "[attitude]\neuler = ['a','b','c']\nunit = 'degrees'": "attitude.unit to be one of rad, mrad, deg",

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from sym2real.layout import Layouts
 from sym2real.logs.name_words import words_and_unit
 from sym2real.logs.names import Named, read_name
-from sym2real.logs.parts import STANDARD_COLUMNS
+from sym2real.logs.parts import STANDARD_COLUMNS, UPRIGHT
 from sym2real.vocabulary import ACCELERATION_COLUMN
 
 PREFIX = {"position": "", "velocity": "v", "rate": "w", "force": "f", "torque": "t"}
@@ -157,7 +157,10 @@ def _counted_joints(named: Mapping[str, Named], names: Sequence[str]) -> list[st
 
 
 def _numbered(names: Sequence[str]) -> dict[str, Named]:
-    """Names that differ in a number alone: three from 1 are axes, four that would be rates or forces are rotors."""
+    """Names that differ in a number alone: three from 1 are axes, four that would be rates or forces are rotors.
+
+    PX4 has position, velocity and attitude under names of their own, and calls what a gyroscope says ``xyz``.
+    """
     found: dict[str, Named] = {}
     if speaks_of_joints(names):
         return found
@@ -166,6 +169,8 @@ def _numbered(names: Sequence[str]) -> dict[str, Named]:
         meant = {digit: read_name(f"{head}_{axis}{tail}") for digit, axis in zip("123", "xyz", strict=True)}
         if digits == "123" and all(named and named.quantity in MOVING for named in meant.values()):
             found |= {columns[digit]: named for digit, named in meant.items() if named}
+        elif head == "xyz" and digits == "012" and {*XYZ} <= {*names}:
+            found |= {columns[digit]: Named("rate", axis) for digit, axis in zip(digits, XYZ, strict=True)}
         elif digits in {"0123", "1234"} and (named := meant["1"]) and named.quantity in {"rate", "force"}:
             found |= {column: Named("motor", digit, "command", named.unit) for digit, column in columns.items()}
     return found
@@ -202,7 +207,9 @@ def _settle(result: Assignment, motors: int) -> None:
     _settle_speed(result)
     for attitude, parts in list(result.quaternions.items()):
         digits = sorted(key for key in parts if key.isdigit())
-        if set(parts) != set("wxyz") and not (len(parts) == 4 and digits in (list("0123"), list("1234"))):
+        if set(parts) not in ({*"wxyz"}, {*UPRIGHT}) and not (
+            len(parts) == 4 and digits in (list("0123"), list("1234"))
+        ):
             del result.quaternions[attitude]
     for attitude, parts in list(result.angles.items()):
         # A planar robot's theta is its heading.

@@ -36,7 +36,7 @@ def uprightness(draft: Draft, attitude: Attitude) -> float:
 def usual_reading(draft: Draft, parts: dict[str, str]) -> Attitude:
     """Components by letters; of counted ones the order that stands upright and, where both do, has the larger w."""
     if "w" in parts:
-        return Attitude(tuple(parts[key] for key in "wxyz"))
+        return Attitude(tuple(parts[key] for key in "wxyz" if key in parts))
     readings = [Attitude(tuple(parts[key] for key in sorted(parts)), order) for order in ORDERS]
     faced = (FACING * float(np.abs(read_attitude(draft, reading)[:, 0]).mean()) for reading in readings)
     return max(zip(readings, faced, strict=True), key=lambda pair: uprightness(draft, pair[0]) + pair[1])[0]

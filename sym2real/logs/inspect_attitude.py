@@ -16,7 +16,7 @@ from sym2real.logs.attitude_reading import (
     usual_reading,
 )
 from sym2real.logs.draft import Draft
-from sym2real.logs.parts import Attitude, Direction, Frames
+from sym2real.logs.parts import UPRIGHT, Attitude, Direction, Frames
 from sym2real.logs.reading import CLEAR, Said, by_name, by_ratio, by_size
 from sym2real.logs.units import GRAVITY
 
@@ -61,7 +61,8 @@ def _report_quaternion(draft: Draft, name: str, lettered: bool) -> None:
     if lettered and upright < otherwise - CLEAR:
         evidence += f"; the names may be in another order: as {other.order} it is {otherwise:+.2f}"
         draft.comment(name, f'order = "{other.order}"  # the body would stand upright')
-    for column, letter in zip(attitude.quaternion, attitude.order, strict=True):
+    letters = attitude.order if len(attitude.quaternion) == len(attitude.order) else UPRIGHT
+    for column, letter in zip(attitude.quaternion, letters, strict=True):
         draft.add(column, f"{name} q{letter}", "1", evidence, "certain" if lettered else "likely")
 
 

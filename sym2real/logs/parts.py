@@ -14,6 +14,7 @@ VelocityFrame = Literal["world", "body"]
 
 # Attitudes that a specification can hold, and what stands before and after their standard columns.
 ATTITUDES = {"attitude": ("", ""), "attitude_command": ("", "_cmd"), "reference_attitude": ("ref_", "")}
+UPRIGHT = "wz"  # the components of a quaternion that does not tilt
 ROWS_A_SECOND = "a number > 0, the rows a second, which a log without stamps does not say"
 STANDARD_COLUMNS = (*UNIT_OF_COLUMN, *(f"ref_{column}" for column in UNIT_OF_COLUMN))
 
@@ -57,7 +58,7 @@ class Attitude:
     """Which columns of a log hold an attitude, as a quaternion or as roll, pitch and yaw.
 
     Args:
-        quaternion: the four columns, in the log's order.
+        quaternion: the four columns, in the log's order; those of w and z alone where nothing tilts.
         order: "wxyz" or "xyzw".
         direction: "body_to_world", or "world_to_body" for its inverse.
         euler: columns of roll, pitch, yaw instead (yaw about z first, then pitch about y, then roll about x).

@@ -166,11 +166,13 @@ def _column(table: Table, spec: LogSpec, name: str, source: Source) -> Array:
 
 
 def quaternions(values: Array, attitude: Attitude) -> Array:
-    """Attitudes w x y z, body→world ``# (rows, 4)`` of the columns ``# (rows, 4 or 3)`` that a log has for them."""
+    """Attitudes w x y z, body→world ``# (rows, 4)`` of the columns ``# (rows, 4, 2 or 3)`` that a log has for them."""
     if attitude.euler:
         quaternion = derive.from_euler(values * UNITS[attitude.unit][1])
     else:
-        quaternion = np.roll(values, 1, axis=1) if attitude.order == "xyzw" else values
+        tilt = [attitude.order.index("x")] * (4 - len(attitude.quaternion))
+        whole = np.insert(values, tilt, 0.0, axis=1)
+        quaternion = np.roll(whole, 1, axis=1) if attitude.order == "xyzw" else whole
     return quaternion * INVERSE if attitude.direction == "world_to_body" else quaternion
 
 

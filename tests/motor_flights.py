@@ -127,6 +127,7 @@ def motor_flights(
     seed: int = 0,
     hidden: Mapping[str, Mapping[str, float]] | None = None,
     every: int = EVERY,
+    period: float = FAST,
 ) -> Dataset:
     """Flights with the sensors' noise and small pushes; motor1 to motor4 as the model counts them.
 
@@ -138,29 +139,30 @@ def motor_flights(
         dither: on the motors, part of full command.
         hidden: further effects that the simulated robot has, by key.
         every: control periods to one row of the log; of more than one the log holds every so many commands only.
+        period: of control in s.
     """
     hidden = {**(hidden or {}), **({"com_offset": dict(zip(("rx", "ry", "rz"), com, strict=True))} if com else {})}
     changes = [effect(key, CRAZYFLIE).inject(**values) for key, values in hidden.items()]
-    flown = []
+    robot, flown = replace(ROBOT, dt=period), []
     for number, name in enumerate(names):
         rng, task = np.random.default_rng([seed, number]), make_task(name, CRAZYFLIE)
         plant = MujocoPlant(
-            ROBOT, [*changes, standard_conditions.sensors(ROBOT, rng)], description=description(lag, strength, spin)
+            robot, [*changes, standard_conditions.sensors(robot, rng)], description=description(lag, strength, spin)
         )
         outer = GeometricQuadrotor(
             MASS,
             CRAZYFLIE.low,
             CRAZYFLIE.high,
-            FAST,
+            period,
             task.reference,
             0.5,
             Gains(position=4.0, velocity=3.5, attitude=7.0),
         )
         mixer = MIXER.copy()
         mixer[3] = THRUST * TORQUE_PER_THRUST * np.array(spin)
-        noise = ColouredNoise(np.full(4, dither), 0.03, FAST, rng)
-        push = ColouredNoise(np.array([1.5e-3, 1.5e-3, 1e-3, 1e-6, 1e-6, 1e-6]), 0.2, FAST, rng)
-        steps = round(seconds / FAST)
+        noise = ColouredNoise(np.full(4, dither), 0.03, period, rng)
+        push = ColouredNoise(np.array([1.5e-3, 1.5e-3, 1e-3, 1e-6, 1e-6, 1e-6]), 0.2, period, rng)
+        steps = round(seconds / period)
         log = run_episode(
             plant, Mixed(outer, np.linalg.inv(mixer), noise), task, steps=steps, seed=number,
             wrench=np.array([push.next() for _ in range(steps)]), name=f"{name} {number}",

@@ -13,7 +13,6 @@ from safetensors.torch import save_file
 
 from sym2real.adaptation.record import Record
 from sym2real.cli import main
-from sym2real.diagnosis import training_region
 from sym2real.effects import effect
 from sym2real.effects.filters import filter_commands
 from sym2real.errors import DataError, ModelError, ShapeError, Sym2RealError
@@ -25,6 +24,7 @@ from sym2real.neural.storage import load_residual
 from sym2real.plants import load_plant, save_plant
 from sym2real.robots import CRAZYFLIE, MUSHR
 from sym2real.symbolic import Equations, save_model
+from sym2real.symbolic.storage import training_region
 
 NESTED = "[" * 20_000 + "]" * 20_000
 HUGE = 10**400

@@ -49,6 +49,15 @@ def test_what_a_wrong_inertia_hides_is_named_beside_it(wrong: float) -> None:
     assert moments == pytest.approx({**hidden["flapping_moment"], **hidden["rate_damping"]}, rel=0.2)
 
 
+def test_commands_that_are_sent_more_often_than_they_are_logged_are_no_effect() -> None:
+    """Held over a row of five they turn the model by more than they turned the robot, which misses nothing."""
+    found = diagnose(equations(every=1), motor_flights(every=5, period=0.002, seconds=6.0))
+    assert [(one.effect, one.doubtful) for one in found.findings] == [("torque_scale", True)]
+    assert found.verdict == "CANNOT_TELL"
+    assert "commands that change between the rows" in found.summary
+    assert found.apply(equations(every=1)).effects == ()
+
+
 def test_a_robot_of_motors_that_misses_nothing_is_told_so() -> None:
     data = with_speeds(motor_flights(every=1, seconds=6.0))
     assert diagnose(equations(unit="rad/s", every=1), data).findings == ()

@@ -21,7 +21,7 @@ from sym2real.diagnosis import add, compare, diagnose
 from sym2real.diagnosis.data.agreement import thrust_agreement
 from sym2real.diagnosis.faults.fault import Breach
 from sym2real.diagnosis.faults.foreign_units import Steps, foreign_positions, foreign_velocities
-from sym2real.diagnosis.faults.misread_attitudes import SHIFTED, other_angles, with_angles
+from sym2real.diagnosis.faults.misread_attitudes import SHIFTED, other_angles
 from sym2real.diagnosis.faults.mistakes.rows import BadRows
 from sym2real.diagnosis.faults.mistakes.transformation import OtherAxes
 from sym2real.diagnosis.faults.sanity import check, looks_for, through
@@ -29,7 +29,7 @@ from sym2real.diagnosis.faults.units import Scaled
 from sym2real.effects.sensors import Sensors
 from sym2real.logs import read_log, write_log
 from sym2real.logs.differences import rates_on_time
-from sym2real.logs.pose import attitude
+from sym2real.logs.pose import attitude, with_angles
 from sym2real.logs.sources import AsRead
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
 from sym2real.symbolic import Equations

@@ -11,11 +11,12 @@ from log_files import saved
 from standard_set import Case, simulate_case
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.faults.misread_attitudes import against_the_path, with_angles
+from sym2real.diagnosis.faults.misread_attitudes import against_the_path
 from sym2real.diagnosis.faults.report import data_report
 from sym2real.diagnosis.faults.sanity import check
 from sym2real.logs import Inspection, LogSpec, inspect_logs, read_log, read_logs, write_log
 from sym2real.logs.course import between, course, together
+from sym2real.logs.pose import with_angles
 from sym2real.robots import MUSHR
 from sym2real.trajectory import Array
 

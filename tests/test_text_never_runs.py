@@ -26,7 +26,7 @@ from sym2real.adaptation.record import Record
 from sym2real.cli import main
 from sym2real.cli.found import remove_earlier, write_diagnosis
 from sym2real.dataset import Dataset
-from sym2real.diagnosis import Diagnosis, add_term, training_region
+from sym2real.diagnosis import Diagnosis, add_term
 from sym2real.effects import noted
 from sym2real.errors import ModelError, Sym2RealError
 from sym2real.experiments.learning import Learned, trained_dependence
@@ -50,6 +50,7 @@ from sym2real.symbolic.compile import class_from_source
 from sym2real.symbolic.exporting import latex_document
 from sym2real.symbolic.program import Instruction, Program
 from sym2real.symbolic.source import function_source, model_source
+from sym2real.symbolic.storage import training_region
 from sym2real.trajectory import Trajectory
 
 RUN = 'open("RAN", "w").close()'

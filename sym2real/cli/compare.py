@@ -30,12 +30,13 @@ class Compare(OfLogs):
         """Print the report, write the page."""
         from sym2real.cli.model import folder_of, logs_for, open_with_progress
         from sym2real.cli.output import title_of, write_report
-        from sym2real.diagnosis import compare, training_region
+        from sym2real.diagnosis import compare
         from sym2real.diagnosis.faults.mistakes.lost_commands import with_lost_commands
         from sym2real.neural.model_folder import below
         from sym2real.report.comparison import comparison_report
         from sym2real.report.html.pages import comparison_page
         from sym2real.symbolic import Equations
+        from sym2real.symbolic.storage import training_region
 
         model = open_with_progress(self.model)
         data = logs_for(below(model), self.logs, self.naming, upsample=not isinstance(model, Equations))

@@ -42,11 +42,12 @@ class Diagnose(OfFit):
         from sym2real.cli.model import equations_below, folder_of, require_another_folder
         from sym2real.cli.output import title_of, write_report
         from sym2real.cli.progress import stages_progress
-        from sym2real.diagnosis import data_report, diagnose, training_region
+        from sym2real.diagnosis import data_report, diagnose
         from sym2real.diagnosis.faults.sanity import check
         from sym2real.effects.catalogue import require_patterns
         from sym2real.report.diagnosis import diagnosis_report, term_command
         from sym2real.report.html.pages import diagnosis_page
+        from sym2real.symbolic.storage import training_region
 
         require_patterns(self.exclude)
         if self.out:

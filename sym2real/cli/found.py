@@ -99,7 +99,7 @@ def _files(base: Equations, data: Dataset, diagnosis: Diagnosis, out: Path, cons
         yield from write_simulator(informed, out / "simulator", console)
     elif informed is not None:
         few = any(finding.provisional for finding in diagnosis.findings)
-        why = "too little data to test it" if few else "held-out predictions do not bear it out"
+        why = "too little data to test it" if few else "what was found is not established"
         console.print(f"{why}: no model or simulator was written; `sym2real add` makes one", markup=False)
     yield write_page(diagnosis_page(base, check(base, data).data, diagnosis, title_of(out, "diagnosed")), out / PAGE)
 

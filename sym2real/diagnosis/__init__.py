@@ -16,7 +16,6 @@ from sym2real.diagnosis.errors.floor import Floor as Floor
 from sym2real.diagnosis.errors.regions import Segment as Segment
 from sym2real.diagnosis.errors.regions import Where as Where
 from sym2real.diagnosis.errors.regions import locate as locate
-from sym2real.diagnosis.errors.regions import training_region as training_region
 from sym2real.diagnosis.faults.fault import Fault as Fault
 from sym2real.diagnosis.faults.report import data_report as data_report
 from sym2real.diagnosis.pipeline import diagnose as diagnose

@@ -111,9 +111,11 @@ class Diagnosis:
     def apply(self, equations: Equations) -> Equations:
         """The equations with every finding in them, and with the sensors that were found wrong.
 
-        What is wrong with how a log is written (a unit, an order of columns, a time stamp) is no part of a model.
+        What is wrong with how a log is written (a unit, an order of columns, a time stamp) is no part of a model, nor
+        is what may be commands that changed between its rows.
         """
-        return with_sensors_of(applied(equations, self.findings), self.faults)
+        sure = [finding for finding in self.findings if not finding.doubtful]
+        return with_sensors_of(applied(equations, sure), self.faults)
 
     def _leftover(self) -> dict[str, Any] | None:
         """The strongest, with where the disturbance changes in words, and the proposed expression as its term."""

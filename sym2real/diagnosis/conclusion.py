@@ -32,11 +32,13 @@ def verdict(
     Fewer than ten independent blocks leave no test, and an unfinished search cannot say that nothing is missing, or
     that no effect explains what is left. A fault alone is the answer only where nothing is left once it is undone.
     Where predictions judge nothing, an effect is the answer if errors fall all the same or nothing else is missing.
-    Nothing is missing where no error is larger by a tenth without any of the findings, nor without all of them.
+    Nothing is missing where no error is larger by a tenth without any of the findings, nor without all of them. What
+    commands between the rows may have done is no effect.
     """
     unexplained = any(leftover.matters for leftover in leftovers)
     borne_out = gate.before is None or gate.foretold or gate.fallen
-    established = bool(findings) and gate.passed and (borne_out or not unexplained)
+    clear = any(not finding.doubtful for finding in findings)
+    established = clear and gate.passed and (borne_out or not unexplained)
     if problems.block_count < SETTINGS.fewest_pieces or not (finished or established):
         return "CANNOT_TELL"
     if established:
@@ -68,9 +70,11 @@ def summary(
     if answer == "EFFECT":
         # Where predictions do not bear out what was found, the faults are the answer.
         # Announced are those without which an error is larger by a tenth, or all, where they are needed together alone.
-        announced = [finding for finding in findings if not finding.small] or list(findings)
-        small = [finding for finding in findings if finding not in announced]
-        found = [*_missing(announced, stages), *rest, *doubt, *_small(small)]
+        clear = [finding for finding in findings if not finding.doubtful]
+        announced = [finding for finding in clear if not finding.small] or clear
+        small = [finding for finding in clear if finding not in announced]
+        unclear = _beside([finding for finding in findings if finding.doubtful], gate)
+        found = [*_missing(announced, stages), *rest, *doubt, *_small(small), *unclear]
         parts += found if gate.passed else [*_beside(findings, gate), *rest]
     elif answer == "UNEXPLAINED":
         parts.append(f"something is missing that no effect of the catalogue explains: {' and '.join(left)}")
@@ -102,7 +106,7 @@ def _small(findings: Sequence[Finding]) -> list[str]:
 
 def _beside(findings: Sequence[Finding], gate: Gate) -> list[str]:
     """What was found where the answer is another one, and why it is none."""
-    return [f"beside it {_beyond_chance(findings)}, but {_not_borne_out(gate)}"] if findings else []
+    return [f"beside it {_beyond_chance(findings)}, but {_not_borne_out(findings, gate)}"] if findings else []
 
 
 def _no_answer(findings: Sequence[Finding], gate: Gate, interrupted: str) -> list[str]:
@@ -117,7 +121,7 @@ def _no_answer(findings: Sequence[Finding], gate: Gate, interrupted: str) -> lis
     if interrupted:
         parts = [f"no answer: {interrupted} was interrupted before it ended"]
         return [*parts, f"found by then: {found}"] if findings else parts
-    return [f"no answer: {_beyond_chance(findings)}, but {_not_borne_out(gate)}"]
+    return [f"no answer: {_beyond_chance(findings)}, but {_not_borne_out(findings, gate)}"]
 
 
 def _beyond_chance(findings: Sequence[Finding]) -> str:
@@ -125,8 +129,10 @@ def _beyond_chance(findings: Sequence[Finding]) -> str:
     return f"{found} {'is' if len(findings) == 1 else 'are'} beyond chance"
 
 
-def _not_borne_out(gate: Gate) -> str:
-    """Why held-out predictions do not make findings the answer."""
+def _not_borne_out(findings: Sequence[Finding], gate: Gate) -> str:
+    """Why findings are not the answer."""
+    if gate.passed and all(finding.doubtful for finding in findings):
+        return "commands that change between the rows of the logs look the same"
     if gate.worse:
         return f"the held-out error {gate.worse[0].said}"
     if gate.best is None or not gate.foretold:

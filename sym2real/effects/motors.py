@@ -101,6 +101,7 @@ TORQUE_SCALE = Kind(
     ),
     needs=("thrust", *MOTOR_TORQUES, "wx", "wy", "wz"),
     robot="quadrotor",
+    searching=Searching(attenuated=True),
 )
 
 

@@ -58,6 +58,7 @@ class Searching:
         varying: columns that must vary for it to show; those that it is bound to need no mention.
         sizes: those that a plan tries of an effect that begins at a threshold, the mildest first, from such values.
         shown_in: what manoeuvres show it among its like.
+        attenuated: whether it is a factor on what commands do, which looks smaller where they change between rows.
     """
 
     why_not: Callable[[Body], str] = lambda _: ""
@@ -70,6 +71,7 @@ class Searching:
     varying: tuple[str, ...] = ()
     sizes: Callable[[Body, Array], tuple[float, ...]] = lambda _body, _values: ()
     shown_in: Callable[[Body], tuple[Shown, ...]] = lambda _: ()
+    attenuated: bool = False
 
     @property
     def swings(self) -> bool:

@@ -8,7 +8,7 @@ import hashlib
 import io
 from collections.abc import Iterable, Mapping
 from contextlib import ExitStack
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import torch
@@ -160,6 +160,22 @@ def training_of(folder: str | Path, kind: type[Kind]) -> Kind:
     """
     file = Path(folder) / TRAINING
     return read_as(file, kind, "what a model was learned from") if file.exists() else kind()
+
+
+@dataclass(frozen=True)
+class _Rows:
+    """What ``training.json`` says of the rows."""
+
+    region: dict[str, tuple[float, float]] = field(default_factory=dict)
+
+
+def training_region(folder: Path) -> dict[str, tuple[float, float]] | None:
+    """Range of every column in the training rows of a model folder; None where it does not say.
+
+    Raises:
+        DataError: when ``training.json`` cannot be read.
+    """
+    return training_of(folder, _Rows).region or None
 
 
 def _no_model(folder: Path) -> DataError:

@@ -116,8 +116,7 @@ def turning(trajectory: Trajectory, column: str) -> Array:
     """Rate between rows about a body axis in rad/s ``# (rows - 1,)``, from the attitude."""
     facing = attitude(trajectory)
     turn = rotation.logarithm(rotation.multiply(rotation.conjugate(facing[:-1]), facing[1:])).numpy()
-    result: Array = turn[:, RATES.index(column)] / np.diff(trajectory.time)
-    return result
+    return np.asarray(turn[:, RATES.index(column)] / np.diff(trajectory.time))
 
 
 def velocity_agreement(logs: Sequence[Trajectory]) -> dict[str, Agreement]:

@@ -81,15 +81,13 @@ def _off_reference(trajectory: Trajectory, layout: Layout) -> Array | None:
     if any(f"ref_{column}" not in trajectory.extra for column in columns):
         return None
     apart = [trajectory.column(column) - trajectory.extra[f"ref_{column}"] for column in columns]
-    distance: Array = np.linalg.norm(apart, axis=0)
-    return distance
+    return np.asarray(np.linalg.norm(apart, axis=0))
 
 
 def over_windows(values: Array, rows: NDArray[np.int64], steps: int) -> Array:
     """Mean of a feature over windows of ``steps`` rows that start at ``rows`` ``# (windows,)``."""
     sums = np.concatenate([[0.0], np.cumsum(values)])
-    means: Array = (sums[rows + steps] - sums[rows]) / steps
-    return means
+    return np.asarray((sums[rows + steps] - sums[rows]) / steps)
 
 
 def training_range(feature: str, region: Region) -> tuple[float, float] | None:

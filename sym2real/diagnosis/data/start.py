@@ -37,8 +37,7 @@ def noise_level(values: Array, order: int = 3) -> Array:
     differences = np.diff(values, n=order, axis=0)
     spread = np.median(np.abs(differences - np.median(differences, axis=0)), axis=0)
     gain = np.sqrt(math.comb(2 * order, order))
-    noise: Array = np.maximum(MAD_TO_SIGMA * spread / gain, SMALLEST_NOISE)
-    return noise
+    return np.asarray(np.maximum(MAD_TO_SIGMA * spread / gain, SMALLEST_NOISE))
 
 
 def noise_of(trajectory: Trajectory) -> Array:

@@ -9,8 +9,7 @@ cross-validation, R² > 0.15): a tree on the size of errors is weak evidence oth
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field
-from pathlib import Path
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -22,7 +21,6 @@ from sym2real.diagnosis.errors.by_window import WindowErrors, window_errors
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations
-from sym2real.symbolic.storage import training_of
 from sym2real.trajectory import Array
 from sym2real.vocabulary import HEIGHT, JOINT_ANGLE
 
@@ -82,29 +80,13 @@ def _unit(channel: str) -> str:
     return "rad" if channel in ("attitude", "yaw", JOINT_ANGLE.name) else "m"
 
 
-@dataclass(frozen=True)
-class Trained:
-    """What ``training.json`` says of the rows."""
-
-    region: dict[str, tuple[float, float]] = field(default_factory=dict)
-
-
-def training_region(folder: Path) -> dict[str, tuple[float, float]] | None:
-    """Range of every column in the training rows of a model folder; None where it does not say.
-
-    Raises:
-        DataError: when ``training.json`` cannot be read.
-    """
-    return training_of(folder, Trained).region or None
-
-
 def locate(model: Equations | DynamicsModel, data: Logs, region: Region | None = None) -> tuple[Where, ...]:
     """At most three statements on where the errors are larger, the clearest first.
 
     Args:
         model: predicts in float64, with the data's columns.
         data: logs.
-        region: range of every column in training (:func:`training_region`).
+        region: range of every column in training (:func:`~sym2real.symbolic.storage.training_region`).
 
     Raises:
         ShapeError: when no log is long enough for a window.
@@ -146,8 +128,7 @@ def _tree(values: Array, target: Array) -> Any:
 
 
 def _explained(values: Array, target: Array) -> Array:
-    predicted: Array = _tree(values, target).predict(values[:, None])
-    return predicted
+    return np.asarray(_tree(values, target).predict(values[:, None]))
 
 
 def _unseen_r2(values: Array, target: Array, group: NDArray[np.int64]) -> float:

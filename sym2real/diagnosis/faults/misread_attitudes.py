@@ -6,7 +6,6 @@ heading then starts follows from where the robot is pushed, or goes.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -22,11 +21,11 @@ from sym2real.diagnosis.faults.mistakes.transformation import Exchanged, Misread
 from sym2real.diagnosis.faults.units import factors
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.logs.course import between, courses, decides, headings, together
-from sym2real.logs.derive import continuous, counted_angles
-from sym2real.logs.pose import attitude
+from sym2real.logs.derive import counted_angles
+from sym2real.logs.pose import attitude, with_angles
 from sym2real.logs.sources import ANGLES, AsRead
 from sym2real.logs.units import UNITS
-from sym2real.trajectory import Array, Trajectory
+from sym2real.trajectory import Trajectory
 from sym2real.vocabulary import ATTITUDE, HEADING, POSITION
 
 COMMANDED = "_cmd"
@@ -64,14 +63,6 @@ class OfAttitude(Exchanged):
         for place, source, sign in zip(places, self.sources, self.signs, strict=True):
             angles[:, ANGLES.index(source.removesuffix(COMMANDED))] = sign * first[:, place]
         return with_angles(log, angles.numpy(), self.quaternion)
-
-
-def with_angles(log: Trajectory, angles: Array, quaternion: Sequence[str] = QUATERNION) -> Trajectory:
-    """A log with other roll, pitch and yaw of a quaternion, or another yaw, in rad ``# (rows, 3 or 1)``."""
-    if angles.shape[1] == 1:
-        return log.with_columns(dict(zip(SINE_COSINE, (np.sin(angles[:, 0]), np.cos(angles[:, 0])), strict=True)))
-    turned = rotation.from_euler(*torch.as_tensor(angles).unbind(-1)).numpy()
-    return log.with_columns(dict(zip(quaternion, continuous(turned).T, strict=True)))
 
 
 FROM_WORLD = Misread(

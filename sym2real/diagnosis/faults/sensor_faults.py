@@ -95,8 +95,7 @@ class Reading:
 
     def honest(self, time: Array, values: Array) -> Array:
         """What an honest sensor would have reported in place of values ``# (rows,)``."""
-        found: Array = (np.interp(time + self.shift, time, values) - self.bias) / self.scale
-        return found
+        return np.asarray((np.interp(time + self.shift, time, values) - self.bias) / self.scale)
 
 
 @dataclass(frozen=True)

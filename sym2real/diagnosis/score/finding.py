@@ -16,7 +16,7 @@ from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.score.held_out import Gate, Steps
 from sym2real.diagnosis.score.importance import by_importance
 from sym2real.diagnosis.search.beam import SearchResult
-from sym2real.diagnosis.search.intervals import Estimate, about, estimates, spread_over_logs
+from sym2real.diagnosis.search.intervals import Estimate, about, attenuated, estimates, spread_over_logs
 from sym2real.diagnosis.search.near import Near, groups_of
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.settings import SETTINGS
@@ -24,6 +24,8 @@ from sym2real.effects import Effect, compose, effect
 from sym2real.effects.voltage import REFERENCE, VOLTAGE, with_voltage
 from sym2real.json_objects import fields_of
 from sym2real.symbolic import Equations
+
+AS_SENT = "log commands as often as they are sent: those that change between rows look the same"
 
 
 @dataclass(frozen=True)
@@ -42,6 +44,7 @@ class Finding:
         voltage: of the battery where the thrust map holds (V), when the effect goes by the voltage.
         probability: its weight against none, and any other effect, in its place; None where nothing was weighed.
         small: whether no error that is judged is larger by a tenth without it.
+        doubtful: whether commands that changed between the rows of the logs look the same.
     """
 
     effect: str
@@ -55,10 +58,11 @@ class Finding:
     voltage: float | None = None
     probability: float | None = None
     small: bool = False
+    doubtful: bool = False
 
     def to_dict(self) -> dict[str, Any]:
         """The entry of ``findings`` in docs/method.md, "Answers as files"."""
-        known = fields_of(self, without=("log_spread", "voltage", "probability", "small"))
+        known = fields_of(self, without=("log_spread", "voltage", "probability", "small", "doubtful"))
         battery = {} if self.voltage is None else {"full_battery": self.voltage}
         return {**known, "spread_over_logs": self.log_spread, "probability": self.probability, **battery}
 
@@ -101,6 +105,7 @@ def findings(
     for (candidate, _), share in zip(ordered, shares, strict=True):
         of, key = library.effects[candidate.name], candidate.name
         group, values = tuple(dict.fromkeys((key, *groups.get(key, ())))), estimates(selection, candidate, fit, near)
+        doubtful = of.searching.attenuated and attenuated(selection, candidate, fit, values)
         findings.append(
             Finding(
                 effect=key,
@@ -109,10 +114,11 @@ def findings(
                 group=group,
                 separate_by=of.shown_by if len(group) > 1 else "",
                 provisional=provisional,
-                fix=_fix(of, values),
+                fix=AS_SENT if doubtful else _fix(of, values),
                 log_spread=spread_over_logs(selection, candidate, fit),
                 voltage=_voltage(of),
                 probability=probabilities.get(key),
+                doubtful=doubtful,
             )
         )
     return findings

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import torch
@@ -101,6 +101,29 @@ def _unresolved(problem: Problem, kind: Kind, slot: Parameter) -> float:
     resampled = any(is_resampled(log) for log in problem.data)
     timing = slot.unit == "s" and (kind.lagging or kind.columns == "action")
     return timing * (OF_UNEVEN if resampled else WITHIN_A_STEP * kind.lagging) * problem.data.dt
+
+
+def attenuated(selection: Selection, candidate: Candidate, fit: Fit, found: Mapping[str, Estimate]) -> bool:
+    """Whether a factor on what commands do is below null, and may be null to a tenth, as those are held over rows.
+
+    Held, a command that changes between rows is a regressor with errors. The factor is then between its estimate v and
+    the reverse regression's, v/R² (R. Frisch, 1934; S. Klepper, E. Leamer, Econometrica 52, 1984). R² is the part that
+    the factor's share has in itself and all errors together, the sensors' noise taken off.
+
+    Args:
+        found: values of the candidate, by parameter.
+    """
+    problem, slots = selection.problems.problem, candidate.slots
+    noise, lines = torch.as_tensor(problem.segments.noise).square(), problem.linearised(fit.values[None], [slots])[0]
+    missed, *shares = lines.square().unflatten(1, (-1, len(noise))).mean((0, 1)).unbind(-1)  # (C,) each
+    for parameter, share in zip((_parameter(selection, index) for index in slots), shares, strict=True):
+        factor, most = found[parameter.name], int((share / noise).argmax())
+        explained = share[most] * (factor.value / parameter.scale) ** 2
+        errors = max(float((missed[most] - noise[most]) / explained), 0.0)
+        near_null = factor.value * (1.0 + errors) > (1.0 - SETTINGS.worth_saying) * parameter.null
+        if factor.high < parameter.null and errors > SETTINGS.worth_saying and near_null:
+            return True
+    return False
 
 
 def spread_over_logs(selection: Selection, candidate: Candidate, fit: Fit) -> dict[str, float]:

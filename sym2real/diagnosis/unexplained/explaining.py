@@ -38,8 +38,9 @@ def explain_rest(scored: Scored) -> Explained:
     selection, spread, problems = result.selection, prepared.spread, prepared.problems
     rest = Rest.of(problems.problem, spread, problems.whitening, selection.fit.values)
     # Commands that no row tells push the robot, and what they did goes with what it then did.
-    leftovers = () if prepared.checked.commands_lost else _leftovers(scored, rest)
-    if not (scored.findings or prepared.checked.commands_lost) and not any(leftover.matters for leftover in leftovers):
+    commands_lost = prepared.checked.commands_lost or any(finding.doubtful for finding in scored.findings)
+    leftovers = () if commands_lost else _leftovers(scored, rest)
+    if not (scored.findings or commands_lost) and not any(leftover.matters for leftover in leftovers):
         leftovers = (*worse_than_nothing(scored), *leftovers)
     if not any(leftover.matters for leftover in leftovers):
         return Explained(scored, leftovers)

@@ -87,8 +87,7 @@ class Balance:
         """Squares missed of a quantity over the median of both changes, which no single one makes ``# (s,)``."""
         measured, foretold = self.measured[place], self.foretold[place]
         size = float(np.median((np.square(measured) + np.square(foretold)).sum(1)))
-        found: Array = np.square(measured - foretold).sum(1) / max(size, 1e-300)
-        return found
+        return np.asarray(np.square(measured - foretold).sum(1) / max(size, 1e-300))
 
 
 class Balances:

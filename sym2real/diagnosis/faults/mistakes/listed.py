@@ -123,8 +123,7 @@ def _alike(balance: Balance, columns: Sequence[str]) -> Array:
     measured, foretold = (
         np.concatenate([parts[place] for place in places], axis=1) for parts in (balance.measured, balance.foretold)
     )
-    found: Array = np.nan_to_num(np.corrcoef(measured.T, foretold.T)[: len(places), len(places) :])
-    return found
+    return np.asarray(np.nan_to_num(np.corrcoef(measured.T, foretold.T)[: len(places), len(places) :]))
 
 
 def _exchanged(
@@ -144,8 +143,7 @@ def _followed(data: Dataset, rates: Sequence[str], commands: Sequence[str]) -> A
     sent = [log.action[:-1, log.layouts.action.indices(commands)] for log in data]
     answered = [log.state[1:, log.layouts.state.indices(rates)] for log in data]
     centred = [np.concatenate([part - part.mean(0) for part in parts]) for parts in (sent, answered)]
-    common: Array = centred[0].T @ centred[1]
-    return common
+    return np.asarray(centred[0].T @ centred[1])
 
 
 def _in_common(common: Array, vectors: Sequence[tuple[str, ...]]) -> Iterator[Exchanged]:

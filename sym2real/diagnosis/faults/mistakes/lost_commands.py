@@ -9,6 +9,7 @@ Nonlinear Models", 2006, chapter 4). The model tells which of the two it was, by
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import torch
@@ -43,13 +44,10 @@ def _likelihood_of_any_delay(model: Equations, data: Dataset, parts: int) -> flo
 
     Held over a row they are half a row late already.
     """
-    best = step_likelihood(model, data)
     for place in range(data.layouts.action.size):
-        delayed = [Dataset(_later(log, place, parts, late) for log in data) for late in range(1, ROWS * parts + 1)]
-        likely = [step_likelihood(model, logs) for logs in delayed]
-        if max(likely) > best:
-            best, data = max(likely), delayed[int(np.argmax(likely))]
-    return best
+        delayed = (Dataset(_later(log, place, parts, late) for log in data) for late in range(1, ROWS * parts + 1))
+        data = max([data, *delayed], key=partial(step_likelihood, model))
+    return step_likelihood(model, data)
 
 
 def _later(log: Trajectory, place: int, parts: int, late: int) -> Trajectory:

@@ -28,15 +28,13 @@ def made_of_wheel(data: Dataset) -> tuple[str, ...]:
 
 def along(log: Trajectory) -> Array:
     """Velocity along the heading in m/s ``# (rows,)``."""
-    found: Array = (_ahead(log) * log.state[:, log.layouts.state.indices(LEVEL)]).sum(1)
-    return found
+    return np.asarray((_ahead(log) * log.state[:, log.layouts.state.indices(LEVEL)]).sum(1))
 
 
 def way(log: Trajectory) -> Array:
     """How far a car goes along its heading from row to row in m ``# (rows - 1,)``."""
     ahead, place = _ahead(log), log.layouts.state.indices(POSITION.columns[:2])
-    found: Array = (0.5 * (ahead[1:] + ahead[:-1]) * np.diff(log.state[:, place], axis=0)).sum(1)
-    return found
+    return np.asarray((0.5 * (ahead[1:] + ahead[:-1]) * np.diff(log.state[:, place], axis=0)).sum(1))
 
 
 def with_along(log: Trajectory, speed: Array) -> Trajectory:

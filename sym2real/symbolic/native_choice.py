@@ -22,7 +22,8 @@ from sym2real.symbolic.native_rollout import NativeRollout
 
 LOGGER = logging.getLogger(__name__)
 KINDS = ({torch.float32}, {torch.float64})
-MANY = 500_000  # steps of single samples
+MANY = 1_000_000  # steps of single samples
+CALL = 2000  # samples that take torch as long as a step of none: a robot of many joints is a thousand small operations
 
 
 @dataclass
@@ -72,7 +73,7 @@ def native_rollout(
         return None
     use = _uses.setdefault(model, _Use())
     batches = [state.shape[:-1], actions.shape[:-2]]
-    use.steps += torch.broadcast_shapes(*batches).numel() * actions.shape[-2]
+    use.steps += (torch.broadcast_shapes(*batches).numel() + CALL) * actions.shape[-2]
     if use.steps >= MANY and state.dtype not in use.kernels:
         use.kernels[state.dtype] = _compiled(equations, state.dtype)
     return use.kernels.get(state.dtype)

@@ -105,7 +105,7 @@ def findings(
     for (candidate, _), share in zip(ordered, shares, strict=True):
         of, key = library.effects[candidate.name], candidate.name
         group, values = tuple(dict.fromkeys((key, *groups.get(key, ())))), estimates(selection, candidate, fit, near)
-        doubtful = of.searching.attenuated and attenuated(selection, candidate, fit, values)
+        doubtful = attenuated(selection, candidate, fit)
         findings.append(
             Finding(
                 effect=key,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import torch
@@ -103,17 +103,17 @@ def _unresolved(problem: Problem, kind: Kind, slot: Parameter) -> float:
     return timing * (OF_UNEVEN if resampled else WITHIN_A_STEP * kind.lagging) * problem.data.dt
 
 
-def attenuated(selection: Selection, candidate: Candidate, fit: Fit, found: Mapping[str, Estimate]) -> bool:
+def attenuated(selection: Selection, candidate: Candidate, fit: Fit) -> bool:
     """Whether a factor on what commands do is below null, and may be null to a tenth, as those are held over rows.
 
     Held, a command that changes between rows is a regressor with errors. The factor is then between its estimate v and
     the reverse regression's, v/R² (R. Frisch, 1934; S. Klepper, E. Leamer, Econometrica 52, 1984). R² is the part that
     the factor's share has in itself and all errors together, the sensors' noise taken off.
-
-    Args:
-        found: values of the candidate, by parameter.
     """
     problem, slots = selection.problems.problem, candidate.slots
+    if not problem.library.effects[candidate.name].searching.attenuated:
+        return False
+    found = estimates(selection, candidate, fit, None)
     noise, lines = torch.as_tensor(problem.segments.noise).square(), problem.linearised(fit.values[None], [slots])[0]
     missed, *shares = lines.square().unflatten(1, (-1, len(noise))).mean((0, 1)).unbind(-1)  # (C,) each
     for parameter, share in zip((_parameter(selection, index) for index in slots), shares, strict=True):

@@ -7,7 +7,8 @@ beyond its interval; or by a tenth, beyond that of the ratio of both.
 An effect can be there and too small to matter beside what noise and disturbances make of a prediction: an arm of four
 centimetres under the noise of a localisation. As predictions do not bear it out, whole logs must tell it from trim,
 which differs from run to run, as surely as blocks tell a finding from chance, and no error may be larger with it. What
-is needed least is dropped first, because what stands for it may be needed then.
+is needed least is dropped first, because what stands for it may be needed then. What commands between the rows may have
+made of a factor stays, and is no answer: without it what they did would be taken for a disturbance.
 
 A robot that is held where it would not stay (a pole upright, an arm) moves little, and what its start is off by grows:
 predictions of the right model may be worse than that nothing changes, and worse than those of a wrong model of which it
@@ -33,6 +34,7 @@ from sym2real.diagnosis.estimate.significance import beyond_trim
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.search.effect_set import EffectSet
+from sym2real.diagnosis.search.intervals import attenuated
 from sym2real.diagnosis.search.select import Selection, parameter_set
 from sym2real.diagnosis.settings import SETTINGS
 
@@ -125,6 +127,7 @@ def keep_needed(predicted: Predicted) -> Needed:
             for place, (candidate, other) in enumerate(zip(selection.chosen, others, strict=True))
             if (rise := largest_rise(whole, other)) <= 1.0
             and not (predicted.established(selection.fit, candidate) and _no_worse(whole, other))
+            and not attenuated(selection, candidate, selection.fit)
         }
         if not rises:
             small = _small(selection.chosen, whole, others)

@@ -76,8 +76,7 @@ def _within(columns: Array, log: NDArray[np.int64]) -> Array:
     """Columns ``# (pieces, columns)`` less their mean over every log."""
     _, place = np.unique(log, return_inverse=True)
     means = np.stack([columns[place == index].mean(axis=0) for index in range(place.max() + 1)])
-    without: Array = columns - means[place]
-    return without
+    return np.asarray(columns - means[place])
 
 
 def _sent(problem: Problem, earlier: Sequence[int]) -> Array:

@@ -41,8 +41,7 @@ def features_of(problem: Problem) -> tuple[list[str], tuple[Array, ...]]:
 def _mean(column: Array, first: int, last: int, move: int) -> Array:
     """Over rows from first to before last, moved by so many times their number as far as there are rows ``# (F,)``."""
     away = np.clip(move * (last - first), -first, len(column) - last)
-    mean: Array = column[first + away : last + away].mean(axis=0)
-    return mean
+    return np.asarray(column[first + away : last + away].mean(axis=0))
 
 
 def _features(trajectory: Trajectory) -> dict[str, Array]:
@@ -80,8 +79,7 @@ def _names(trajectory: Trajectory) -> set[str]:
 
 
 def _smooth(column: Array) -> Array:
-    smooth: Array = uniform_filter1d(column, 5, mode="nearest")
-    return smooth
+    return np.asarray(uniform_filter1d(column, 5, mode="nearest"))
 
 
 def part_of_disturbance(segments: Segments, spread: Spread, name: str, disturbance: Array | float) -> float:

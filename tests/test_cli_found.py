@@ -62,7 +62,7 @@ def test_the_object_is_the_designs(folder: Path, diagnosed: dict[str, Any]) -> N
     (finding, *_) = diagnosed["findings"]
     assert finding["effect"] == "added_mass"
     assert finding["parameters"]["value"].keys() == {"value", "low", "high", "unit"}
-    assert {"share", "group", "separate_by", "provisional", "fix"} <= finding.keys()
+    assert {"share", "group", "separate_by", "provisional", "small", "doubtful", "fix"} <= finding.keys()
     assert [rung["model"] for rung in diagnosed["ladder"]][:2] == ["base", "+ added_mass"]
     horizons = [row["horizon"] for row in diagnosed["ladder"][0]["horizons"]]
     assert horizons == [0.1, 0.2, 0.5, 0.6]  # --horizon is the longest, and is there

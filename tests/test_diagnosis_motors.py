@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from motor_flights import equations, motor_flights, with_speeds
 
-from sym2real.diagnosis import diagnose
+from sym2real.diagnosis import diagnose, try_effect
 
 HIDDEN = {
     "torque_scale": {"kx": 1.5, "ky": 0.7, "kz": 0.1},
@@ -51,11 +51,13 @@ def test_what_a_wrong_inertia_hides_is_named_beside_it(wrong: float) -> None:
 
 def test_commands_that_are_sent_more_often_than_they_are_logged_are_no_effect() -> None:
     """Held over a row of five they turn the model by more than they turned the robot, which misses nothing."""
-    found = diagnose(equations(every=1), motor_flights(every=5, period=0.002, seconds=6.0))
+    model, data = equations(every=1), motor_flights(every=5, period=0.002, seconds=6.0)
+    found = diagnose(model, data)
     assert [(one.effect, one.doubtful) for one in found.findings] == [("torque_scale", True)]
     assert found.verdict == "CANNOT_TELL"
     assert "commands that change between the rows" in found.summary
-    assert found.apply(equations(every=1)).effects == ()
+    assert found.apply(model).effects == ()
+    assert "commands that change between the rows" in try_effect(model, "torque_scale", data).summary
 
 
 def test_a_robot_of_motors_that_misses_nothing_is_told_so() -> None:

@@ -119,6 +119,8 @@ class Tried:
     @property
     def _others(self) -> str:
         """What does as well as one."""
+        if any(finding.doubtful for finding in self.findings):
+            return "; commands that change between the rows of the logs do as well"
         if len(self.findings) == 1:
             group = [key for key in self.finding.group if key != self.finding.effect]
             return f"; {' or '.join(group[:3]) or 'no other effect'} does as well"

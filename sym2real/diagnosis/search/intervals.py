@@ -104,26 +104,26 @@ def _unresolved(problem: Problem, kind: Kind, slot: Parameter) -> float:
 
 
 def attenuated(selection: Selection, candidate: Candidate, fit: Fit) -> bool:
-    """Whether a factor on what commands do is below null, and may be null to a tenth, as those are held over rows.
+    """Whether factors on what commands do may be below one as those are held over rows: one may be one to a tenth.
 
     Held, a command that changes between rows is a regressor with errors. The factor is then between its estimate v and
     the reverse regression's, v/R² (R. Frisch, 1934; S. Klepper, E. Leamer, Econometrica 52, 1984). R² is the part that
-    the factor's share has in itself and all errors together, the sensors' noise taken off.
+    the factor's share has in itself and all errors together, the sensors' noise taken off. Where one of the factors is
+    far below one all the same, that is not all.
     """
     problem, slots = selection.problems.problem, candidate.slots
     if not problem.library.effects[candidate.name].searching.attenuated:
         return False
-    found = estimates(selection, candidate, fit, None)
+    found, limits, near = estimates(selection, candidate, fit, None), list[float](), False
     noise, lines = torch.as_tensor(problem.segments.noise).square(), problem.linearised(fit.values[None], [slots])[0]
     missed, *shares = lines.square().unflatten(1, (-1, len(noise))).mean((0, 1)).unbind(-1)  # (C,) each
     for parameter, share in zip((_parameter(selection, index) for index in slots), shares, strict=True):
         factor, most = found[parameter.name], int((share / noise).argmax())
         explained = share[most] * (factor.value / parameter.scale) ** 2
         errors = max(float((missed[most] - noise[most]) / explained), 0.0)
-        near_null = factor.value * (1.0 + errors) > (1.0 - SETTINGS.worth_saying) * parameter.null
-        if factor.high < parameter.null and errors > SETTINGS.worth_saying and near_null:
-            return True
-    return False
+        limits.append(factor.value * (1.0 + errors))
+        near |= factor.high < 1.0 and errors > SETTINGS.worth_saying > 1.0 - limits[-1]
+    return near and SETTINGS.far * min(limits) > 1.0
 
 
 def spread_over_logs(selection: Selection, candidate: Candidate, fit: Fit) -> dict[str, float]:

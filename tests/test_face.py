@@ -32,6 +32,7 @@ from sym2real.errors import DataError, ModelError, ShapeError
 from sym2real.registry import Registry
 from sym2real.report.style import save
 from sym2real.robots import ROBOTS, Motors, fit_thrust_per_unit
+from sym2real.symbolic.native_choice import torch_alone
 from sym2real.upward import OWNERS, upward
 
 SPEC = "crazyflie_battery_drag"
@@ -263,7 +264,8 @@ def test_a_log_may_have_more_columns_than_the_model_but_none_less(flight: Trajec
     assert {*whole.layouts.state} > {*flight.layouts.state}
     assert str(compare(equations, whole)) == str(compare(equations, flight))
     assert equations.score(whole) == equations.score(flight)
-    found, expected = (diagnose(equations, log, exclude=["*"]) for log in (whole, flight))
+    with torch_alone():  # equations go to C once they have worked enough, which rounds otherwise
+        found, expected = (diagnose(equations, log, exclude=["*"]) for log in (whole, flight))
     assert replace(found, seconds=0.0).to_dict() == replace(expected, seconds=0.0).to_dict()
     with pytest.raises(ShapeError, match="found none called thrust wx_cmd wy_cmd wz_cmd among"):
         compare(quadrotor(), whole)

@@ -21,6 +21,7 @@ JOINTS, NUMBERED = frozenset({"joint", "joints", "effort", "efforts"}), frozense
 GREEK = frozenset({"theta", "phi", "psi"})
 ATTITUDE_OF_ROLE = {"state": "attitude", "command": "attitude_command", "reference": "reference_attitude"}
 ANGLES = ("roll", "pitch", "yaw")
+WHOLE = ({*"wxyz"}, {*UPRIGHT}, {*"0123"}, {*"1234"})  # what a quaternion's components may be called by
 # World axes as navigation names them, north-east-down or east-north-up, and aeronautics' letters: what they stand for.
 XYZ = ("x", "y", "z")
 LETTERS = {
@@ -206,10 +207,7 @@ def _settle(result: Assignment, motors: int) -> None:
     _settle_throttle(result)
     _settle_speed(result)
     for attitude, parts in list(result.quaternions.items()):
-        digits = sorted(key for key in parts if key.isdigit())
-        if set(parts) not in ({*"wxyz"}, {*UPRIGHT}) and not (
-            len(parts) == 4 and digits in (list("0123"), list("1234"))
-        ):
+        if {*parts} not in WHOLE:
             del result.quaternions[attitude]
     for attitude, parts in list(result.angles.items()):
         # A planar robot's theta is its heading.

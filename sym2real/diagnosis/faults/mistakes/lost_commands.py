@@ -9,7 +9,7 @@ Nonlinear Models", 2006, chapter 4). The model tells which of the two it was, by
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
+from operator import itemgetter
 
 import numpy as np
 import torch
@@ -44,10 +44,11 @@ def _likelihood_of_any_delay(model: Equations, data: Dataset, parts: int) -> flo
 
     Held over a row they are half a row late already.
     """
+    best = step_likelihood(model, data)
     for place in range(data.layouts.action.size):
         delayed = (Dataset(_later(log, place, parts, late) for log in data) for late in range(1, ROWS * parts + 1))
-        data = max([data, *delayed], key=partial(step_likelihood, model))
-    return step_likelihood(model, data)
+        best, data = max([(best, data), *((step_likelihood(model, logs), logs) for logs in delayed)], key=itemgetter(0))
+    return best
 
 
 def _later(log: Trajectory, place: int, parts: int, late: int) -> Trajectory:

@@ -6,7 +6,10 @@ and y.
 ``translational_lift``. Rotors that lift more in moving air: T (1 + k (u² + v²)), u and v the velocity along body x and
 y.
 
-``rotor_reaction``. Rotors that speed up turn the body the other way: τ_z = J_r Σ± dω_i/dt.
+``rotor_reaction``. Rotors hold angular momentum: to speed up they turn the body the other way, and where it turns they
+turn with it, like any gyroscope. With Ω = Σ± ω_i, the sign that of a rotor's reaction torque::
+
+    τ = J_r (ω_y Ω, -ω_x Ω, dΩ/dt)
 
 Rotor speeds are √(T_i/k_f). Of motors, their sum with signs changes at once when a command changes; its last value is
 a hidden state. A rate loop moves it by G per torque, G = 1/(2 κ √(k_f T/4)), κ the
@@ -20,7 +23,7 @@ which is solved exactly over a held step; the last yaw rate command is a hidden 
 from typing import Any
 
 import numpy as np
-from sympy import Expr, Integer, Max, exp, sqrt
+from sympy import Expr, Max, exp, sqrt
 
 from sym2real.effects import simulated_rotors, truth
 from sym2real.effects.body import GRAVITY, Body
@@ -121,8 +124,23 @@ def _of_motors(equations: Equations, inertia: Expr, body: Body) -> Equations:
         equations, {SUM: sum(sign * speed for sign, speed in zip(spins(equations), speeds, strict=True))}
     )
     equations = with_hidden(equations, SUM_MEMORY, "rad/s", symbol(SUM), start=symbol(SUM))
-    torque = inertia * (symbol(SUM) - symbol(SUM_MEMORY)) / equations.dt
-    return push(equations, body, torque=(Integer(0), Integer(0), torque))
+    change = (symbol(SUM) - symbol(SUM_MEMORY)) / equations.dt
+    return push(equations, body, torque=(*_gyroscopic(equations, inertia * symbol(SUM), body), inertia * change))
+
+
+def _gyroscopic(equations: Equations, momentum: Expr, body: Body) -> tuple[Expr, Expr]:
+    """Torques about x and y, N m, held over a step, that turn the rates about z as rotors' momentum does.
+
+    By the implicit midpoint rule: the torque does no work, and explicit steps would add energy until rates overflow.
+    """
+    jx, jy = body.number("jx"), body.number("jy")
+    ahead, left = symbol("wx"), symbol("wy")
+    half = equations.dt * momentum / 2
+    shrink = 1 + half**2 / (jx * jy)
+    return (
+        momentum * (left - half * ahead / jy) / shrink,
+        -momentum * (ahead + half * left / jx) / shrink,
+    )
 
 
 def _of_loop(equations: Equations, inertia: Expr, body: Body) -> Equations:
@@ -135,7 +153,8 @@ def _of_loop(equations: Equations, inertia: Expr, body: Body) -> Equations:
     kept = exp(-loop.gain * loop.dt / (1 + share))
     end = loop.command + (loop.rate + jump - loop.command) * kept
     end += torque / loop.inertia * (1 - kept) / loop.gain
-    return push(equations, body, torque=(Integer(0), Integer(0), loop.torque_that_ends_at(end) - torque))
+    about_z = loop.torque_that_ends_at(end) - torque
+    return push(equations, body, torque=(*_gyroscopic(equations, inertia * speeds * loop.mean_torque(), body), about_z))
 
 
 def _inject(body: Body, values: Numbers) -> Change:
@@ -152,7 +171,8 @@ def _inject(body: Body, values: Numbers) -> Change:
         total = float(signs @ np.sqrt(pushes / body.number("rotor_thrust")))
         change = (total - (last[0] if last else total)) / model.opt.timestep
         last[:] = [total]
-        truth.add_torque(data, np.array([0.0, 0.0, values["value"] * change]))
+        momentum = values["value"] * np.array([0.0, 0.0, -total])
+        truth.add_torque(data, [0.0, 0.0, values["value"] * change] - np.cross(truth.rates(data), momentum))
 
     return Change("", force=turn, command=begin)
 
@@ -161,15 +181,15 @@ ROTOR_REACTION = Kind(
     name="rotor_reaction",
     stage="loop",
     parameters=_rotor_reaction_parameters,
-    formula=r"\tau_z = J_r \sum \pm \dot\omega_i",
-    summary="Rotors that speed up or slow down turn the body about yaw.",
+    formula=r"\tau = J_r\,(q\,\Omega,\; -p\,\Omega,\; \dot\Omega), \quad \Omega = \sum \pm \omega_i",
+    summary="Rotors resist a change of their speed, about yaw, and of their axis, as a gyroscope does.",
     confused_with="a stiffer yaw rate loop",
     shown_by="fast changes of the yaw rate, to both sides",
     fix="put the rotors' inertia into the model; a softer yaw loop makes it matter less",
     inject=_inject,
     substitute=_rotor_reaction_substitute,
-    needs=("thrust", "wz"),
-    numbers=("rotor_thrust", "torque_per_thrust", "jz"),
+    needs=("thrust", "wx", "wy", "wz"),
+    numbers=("rotor_thrust", "torque_per_thrust", "jx", "jy", "jz"),
     hidden=(SUM_MEMORY, COMMAND_MEMORY),
     robot="quadrotor",
     searching=Searching(why_not=lambda body: "" if motors_of(body.layouts.action) else ALONE),

@@ -12,10 +12,10 @@ from standard_set import Case, simulate_case
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import compare
-from sym2real.diagnosis.data.conditions import UNITS, features, over_windows, training_range
 from sym2real.diagnosis.errors.by_window import WindowErrors, window_errors
 from sym2real.diagnosis.errors.regions import locate, where_of, worst_segments
 from sym2real.errors import DataError, ShapeError
+from sym2real.logs.conditions import UNITS, features, over_windows, training_range
 from sym2real.robots import CRAZYFLIE
 from sym2real.symbolic.storage import training_region
 

@@ -18,7 +18,6 @@ EXCEPTIONS = {
     "control/fused_residual.py": Counter({"x": 1, "y": 1}),  # arrays of the C text
     "control/geometric.py": Counter({"wheelbase": 1}),  # the robot's number
     "diagnosis/answer.py": Counter({"gain": 1}),  # an entry of diagnosis.json
-    "diagnosis/data/conditions.py": Counter({"speed": 1}),  # a condition of the motion, for sentences
     # A user's mistakes are about columns: which were exchanged, turned, or counted the other way.
     "diagnosis/faults/mistakes/listed.py": Counter(x=3, y=3, vx=3, vy=3),
     "diagnosis/faults/mistakes/transformation.py": Counter(sin_yaw=1, cos_yaw=1, x=1, y=1, z=1, vz=1, vx=1, vy=1),

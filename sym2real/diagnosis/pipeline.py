@@ -9,7 +9,6 @@ from functools import partial
 
 from sym2real.dataset import Dataset, Logs
 from sym2real.diagnosis.answer import Diagnosis, conclude, unscored
-from sym2real.diagnosis.data.conditions import Region
 from sym2real.diagnosis.design.separation import untried_said, with_advice
 from sym2real.diagnosis.errors.regions import locate
 from sym2real.diagnosis.estimate.weighing import Prepared, calibrate_base, refine_base, weigh_errors
@@ -18,6 +17,7 @@ from sym2real.diagnosis.score.finding import score
 from sym2real.diagnosis.search.beam import search
 from sym2real.diagnosis.stages import OnProgress, Stages
 from sym2real.diagnosis.unexplained.explaining import explain_rest
+from sym2real.logs.conditions import Region
 from sym2real.plants import MujocoPlant
 from sym2real.symbolic import Equations
 from sym2real.threads import one_thread

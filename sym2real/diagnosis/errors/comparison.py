@@ -8,7 +8,6 @@ from math import isnan
 from typing import TYPE_CHECKING, Any
 
 from sym2real.dataset import Dataset, Logs
-from sym2real.diagnosis.data.conditions import Region
 from sym2real.diagnosis.data.preparation import long_enough
 from sym2real.diagnosis.data.start import ROWS, Start
 from sym2real.diagnosis.data.windows import JUDGED_AT, free_run_seconds, horizons_in_rows, rows_ahead
@@ -22,6 +21,7 @@ from sym2real.diagnosis.faults.mistakes.lost_commands import with_lost_commands
 from sym2real.diagnosis.faults.report import DataReport, data_report
 from sym2real.effects.along_logs import prepared
 from sym2real.json_objects import fields_of
+from sym2real.logs.conditions import Region
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations, equations_of
 from sym2real.threads import one_thread

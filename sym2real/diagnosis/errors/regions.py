@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sym2real.dataset import Logs
-from sym2real.diagnosis.data.conditions import Region, training_range
 from sym2real.diagnosis.errors.by_window import WindowErrors, window_errors
 from sym2real.diagnosis.settings import SETTINGS
+from sym2real.logs.conditions import Region, training_range
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Array

@@ -15,11 +15,11 @@ from scipy.ndimage import uniform_filter1d
 from torch import Tensor
 
 from sym2real import rotation
-from sym2real.diagnosis.data.conditions import HOW_FAST
 from sym2real.diagnosis.data.segments import Segments
 from sym2real.diagnosis.estimate.whitening import PIECES, Spread
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.effects.voltage import VOLTAGE
+from sym2real.logs.conditions import HOW_FAST
 from sym2real.trajectory import Array, Trajectory
 from sym2real.vocabulary import HEADING, HEIGHT, RATE, VELOCITY
 

@@ -15,9 +15,9 @@ import torch
 
 from sym2real import rotation
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.faults.mistakes.wheel_speed import made_anew
 from sym2real.logs.pose import attitude, turned
 from sym2real.logs.sources import AsRead
+from sym2real.logs.wheel_speed import made_anew
 from sym2real.trajectory import Trajectory
 from sym2real.vocabulary import ATTITUDE, HEADING
 

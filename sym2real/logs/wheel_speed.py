@@ -11,13 +11,12 @@ from dataclasses import replace
 import numpy as np
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.data.agreement import VELOCITIES
 from sym2real.logs import derive
 from sym2real.logs.pose import attitude, turned
 from sym2real.trajectory import Array, Trajectory
-from sym2real.vocabulary import ATTITUDE, HEADING, POSITION, RATE
+from sym2real.vocabulary import ATTITUDE, HEADING, POSITION, RATE, VELOCITY
 
-LEVEL = VELOCITIES[:2]
+LEVEL = VELOCITY.columns[:2]
 
 
 def made_of_wheel(data: Dataset) -> tuple[str, ...]:

@@ -8,11 +8,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sym2real import rotation
-from sym2real.effects.voltage import VOLTAGE
 from sym2real.layout import Layout
 from sym2real.logs.pose import attitude
 from sym2real.trajectory import Array, Trajectory
-from sym2real.vocabulary import ATTITUDE, HEIGHT, RATE, SPEED_COLUMN, STEER_COLUMN, THRUST, THRUST_COLUMN, VELOCITY
+from sym2real.vocabulary import (
+    ATTITUDE,
+    BATTERY,
+    HEIGHT,
+    RATE,
+    SPEED_COLUMN,
+    STEER_COLUMN,
+    THRUST,
+    THRUST_COLUMN,
+    VELOCITY,
+)
 
 HOW_FAST = "speed"  # how fast the robot is, whatever it is told
 UNITS = {
@@ -32,7 +41,7 @@ DIRECT = {
     THRUST_COLUMN: THRUST.name,
     STEER_COLUMN: "steering",
     SPEED_COLUMN: "speed command",
-    VOLTAGE: "battery",
+    BATTERY.columns[0]: "battery",
 }
 NORMS = {HOW_FAST: VELOCITY.columns, "body rate": RATE.columns}
 TILTED = ATTITUDE.columns[1:3]

@@ -21,12 +21,14 @@ class Diagnose(OfFit):
     manoeuvres, drawing) and keeps what is done; earlier it ends without an answer.
 
     With --out: diagnosis.json and a page, report.html; where what was found passes the gate, also the model with it,
-    in model/, and the robot with it, in simulator/. Files that an earlier diagnosis left there are removed.
+    in model/, and the robot with it, in simulator/. Where values fitted to predictions, open loop to --horizon, predict
+    logs better that the fit left out, a second model has these, in model_prediction/: model/ says what is,
+    model_prediction/ predicts best. Files that an earlier diagnosis left there are removed.
 
     Example: sym2real diagnose runs/base flight1.csv flight2.csv --spec flight.toml --out runs/diagnosis
     """
 
-    FOLDERS: ClassVar = ("model", "simulator")
+    FOLDERS: ClassVar = ("model", "model_prediction", "simulator")
 
     model: ModelPlace
     logs: Logs

@@ -96,6 +96,10 @@ def _files(base: Equations, data: Dataset, diagnosis: Diagnosis, out: Path, cons
         model = save_model(informed, out / "model")
         yield from (model / name for name in PARTS)
         console.print(f"model with it in {model}", markup=False)
+        if diagnosis.predicts_better:
+            best = save_model(diagnosis.apply(base, for_prediction=True), out / "model_prediction")
+            yield from (best / name for name in PARTS)
+            console.print(f"model that predicts best in {best}", markup=False)
         yield from write_simulator(informed, out / "simulator", console)
     elif informed is not None:
         few = any(finding.provisional for finding in diagnosis.findings)

@@ -15,6 +15,7 @@ from sym2real.diagnosis.faults.fault import Fault, with_sensors_of
 from sym2real.diagnosis.predict.competitors import NotTried
 from sym2real.diagnosis.score.finding import Finding, applied, findings_of
 from sym2real.diagnosis.score.held_out import Gate
+from sym2real.diagnosis.score.prediction_refit import PredictionRefit
 from sym2real.diagnosis.search.beam import SearchResult
 from sym2real.diagnosis.unexplained.explaining import Explained
 from sym2real.diagnosis.unexplained.leftover import Leftover
@@ -43,6 +44,7 @@ class Diagnosis:
         held_out: names of the logs that scored the ladder.
         apart: whether these took no part in any fit; else each is scored by the fit of the others.
         gate: whether free runs on them become better by as much as they must.
+        prediction: values that predict best, where something is established.
         seconds: time it took.
         tried: number of hypotheses that competed.
         not_tried: effects that did not compete, and why.
@@ -62,6 +64,7 @@ class Diagnosis:
     held_out: tuple[str, ...] = ()
     apart: bool = False
     gate: Gate = field(default_factory=Gate)
+    prediction: PredictionRefit | None = None
     seconds: float = 0.0
     tried: int = 0
     not_tried: tuple[NotTried, ...] = ()
@@ -108,13 +111,26 @@ class Diagnosis:
         """Whether something was found that held-out predictions bear out."""
         return self.verdict == "EFFECT" and bool(self.findings) and self.gate.passed
 
-    def apply(self, equations: Equations) -> Equations:
+    @property
+    def predicts_better(self) -> bool:
+        """Whether other values than those of the findings predict logs better that no fit has seen."""
+        return self.prediction is not None and self.prediction.kept
+
+    def apply(self, equations: Equations, *, for_prediction: bool = False) -> Equations:
         """The equations with every finding in them, and with the sensors that were found wrong.
 
         What is wrong with how a log is written (a unit, an order of columns, a time stamp) is no part of a model, nor
         is what may be commands that changed between its rows.
+
+        Args:
+            equations: the base.
+            for_prediction: with the values that predict best, where the refit found better ones, in place of those that
+                are most likely.
         """
-        sure = [finding for finding in self.findings if not finding.doubtful]
+        findings = self.findings
+        if for_prediction and self.prediction is not None and self.predicts_better:
+            findings = self.prediction.of(findings)
+        sure = [finding for finding in findings if not finding.doubtful]
         return with_sensors_of(applied(equations, sure), self.faults)
 
     def _leftover(self) -> dict[str, Any] | None:

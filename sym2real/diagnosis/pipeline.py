@@ -14,6 +14,7 @@ from sym2real.diagnosis.errors.regions import locate
 from sym2real.diagnosis.estimate.weighing import Prepared, calibrate_base, refine_base, weigh_errors
 from sym2real.diagnosis.faults.sanity import Question, check_data
 from sym2real.diagnosis.score.finding import score
+from sym2real.diagnosis.score.prediction_refit import refit_for_prediction
 from sym2real.diagnosis.search.beam import search
 from sym2real.diagnosis.stages import OnProgress, Stages
 from sym2real.diagnosis.unexplained.explaining import explain_rest
@@ -85,6 +86,9 @@ def diagnose(
     scored = stages.try_to("scoring on held-out data", score, result)
     explained = scored and stages.try_to("explaining what is left", explain_rest, scored)
     answer = conclude(explained) if explained else unscored(result)
+    if explained and answer.established:
+        refit = stages.try_to("refitting for prediction", refit_for_prediction, explained.scored)
+        answer = replace(answer, prediction=refit)
     advise = partial(with_advice, equations=prepared.model, whitening=prepared.whitening, plant=prepared.plant)
     findings = stages.try_to("looking for manoeuvres that would tell more", advise, answer.findings)
     where = stages.try_to("locating errors", partial(locate, prepared.model, region=region), prepared.checked.data)

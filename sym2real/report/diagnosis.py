@@ -35,6 +35,7 @@ def diagnosis_report(diagnosis: Diagnosis, shown_before: Collection[str] = ()) -
         parts.append(ladder_table(diagnosis.ladder, diagnosis.floor, diagnosis.held_out, apart=diagnosis.apart))
     if diagnosis.gate.best is not None:
         parts.append(gate_line(diagnosis.gate, diagnosis.gate.best))
+    parts += prediction_lines(diagnosis)
     parts += leftover_lines(diagnosis.leftovers)
     parts += proposal_lines(diagnosis.proposal)
     parts += _remarks([note for note in diagnosis.notes if note not in shown_before])
@@ -80,6 +81,28 @@ def gate_line(gate: Gate, best: Fall) -> str:
     verdict = "[green]gate passed[/]" if gate.passed else "[red]gate not passed[/]"
     risen = "".join(f"; that {rise.said}, beyond its interval" for rise in gate.worse)
     return f"{verdict}: the held-out error {best.said}{risen}"
+
+
+def prediction_lines(diagnosis: Diagnosis) -> list[str]:
+    """What a fit to predictions has changed: both sets of values, and errors of logs that each fit left out."""
+    refit = diagnosis.prediction
+    if refit is None:
+        return []
+    before, after = (stage.horizons[refit.horizon] for stage in (refit.before, refit.after))
+    errors = [
+        f"{name} {number(before[name].value)} → {number(after[name].value)} {before[name].unit}" for name in before
+    ]
+    said = f"errors {refit.horizon:.3g} s ahead of logs that the fit left out: {', '.join(errors)}"
+    if not refit.kept:
+        return [
+            f"[dim]values fitted to predictions predict no better beyond chance, and were not kept ({escape(said)})[/]"
+        ]
+    values = [
+        f"{finding.effect} {name} {number(value)} (physical {number(finding.parameters[name].value)})"
+        for finding, own in zip(diagnosis.findings, refit.values, strict=True)
+        for name, value in own.items()
+    ]
+    return [f"[green]other values predict better[/]: {escape('; '.join(values))}; {escape(said)}"]
 
 
 def misfit_line(diagnosis: Diagnosis) -> str:

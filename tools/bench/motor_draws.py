@@ -156,7 +156,7 @@ def answer(seed: int, flights: int, tell: Tell) -> Record:
     known = {"truth": truth, "mujoco": draw.error_of_mujoco(fourth), "before": before}
     try:
         found = diagnose(draw.analysts, data)
-        after = error_ahead(found.apply(draw.analysts), fourth, AHEAD)
+        after = error_ahead(found.apply(draw.analysts, for_prediction=True), fourth, AHEAD)
     except Sym2RealError as error:
         return {**known, "answer": refusal(error), "after": before}
     return {**known, "answer": answer_of(found), "after": after}

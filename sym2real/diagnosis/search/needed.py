@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from sym2real.dataset import Dataset
+from sym2real.diagnosis.data.segments import Segments
 from sym2real.diagnosis.data.windows import JUDGED_AT, free_run_seconds, judged
 from sym2real.diagnosis.errors.rungs import Stage, StageError, horizons_for, ladder
 from sym2real.diagnosis.estimate.quadratic import Fit
@@ -94,7 +95,7 @@ class Predicted:
         if not self.horizons:
             return True
         whole, other = self._by([(larger.chosen, larger.fit), (self.selection.chosen, self.selection.fit)])
-        return self.established(larger.fit, larger.candidate) and _no_worse(whole, other)
+        return self.established(larger.fit, larger.candidate) and no_worse(whole, other)
 
     def established(self, fit: Fit, candidate: Candidate) -> bool:
         """Whether whole logs tell an effect of a fit from trim."""
@@ -126,7 +127,7 @@ def keep_needed(predicted: Predicted) -> Needed:
             place: rise
             for place, (candidate, other) in enumerate(zip(selection.chosen, others, strict=True))
             if (rise := largest_rise(whole, other)) <= 1.0
-            and not (predicted.established(selection.fit, candidate) and _no_worse(whole, other))
+            and not (predicted.established(selection.fit, candidate) and no_worse(whole, other))
             and not attenuated(selection, candidate, selection.fit)
         }
         if not rises:
@@ -151,7 +152,8 @@ def _changes_little(whole: Stage, without: Stage) -> bool:
     return (whole.foretells or without.foretells) and max(parts) < SETTINGS.worth_saying
 
 
-def _no_worse(whole: Stage, without: Stage) -> bool:
+def no_worse(whole: Stage, without: Stage) -> bool:
+    """Whether no error is larger beyond chance than without an effect, where predictions judge at all."""
     return largest_rise(without, whole) <= 1.0 or not (whole.foretells or without.foretells)
 
 
@@ -195,15 +197,19 @@ def left_out_sets(selection: Selection, chosen: Sequence[Candidate], fit: Fit) -
 
     A log is predicted by the fit of the others; the last third of a single log by that of the rest.
     """
-    problem, problems = selection.problems.problem, selection.problems
-    segments, log = problem.segments, torch.as_tensor(problem.segments.log)
-    parts = [log != index for index in log.unique()]
-    if problems.log_count == 1:
-        rows = len(problem.data[int(segments.log[0])])
-        parts = [torch.as_tensor(segments.row + segments.length <= LAST_THIRD * rows)]
-    still = torch.zeros(len(fit.whole), dtype=torch.float64)
+    problems, still = selection.problems, torch.zeros(len(fit.whole), dtype=torch.float64)
+    parts = fits_of_others(selection, problems.problem.segments)
     steps = [problems.sure_step(fit.of_segments(part), fit) if part.any() else still for part in parts]
     return torch.stack([parameter_set(selection, chosen, problems.moved(fit, step)) for step in steps])
+
+
+def fits_of_others(selection: Selection, segments: Segments) -> list[Tensor]:
+    """Which of some segments the fit of every fold may see ``# (S,)`` each."""
+    problem = selection.problems.problem
+    if selection.problems.log_count == 1:
+        rows = len(problem.data[int(problem.segments.log[0])])
+        return [torch.as_tensor(segments.row + segments.length <= LAST_THIRD * rows)]
+    return [torch.as_tensor(segments.log != own) for own in np.unique(problem.segments.log)]
 
 
 def fold_of_log(selection: Selection) -> NDArray[np.int64] | None:

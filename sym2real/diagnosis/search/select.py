@@ -154,10 +154,14 @@ class Selection:
 
     def fitted_anew(self, effects: EffectSet) -> list[EffectSet]:
         """The same effects, fitted from the other starts of each: a set may have several valleys."""
-        free, values = self.free(effects.chosen), effects.fit.values
-        starts = [candidate.started(values, start) for candidate in effects.chosen for start in candidate.starts]
-        hypotheses = [Hypothesis(free, start) for start in starts]
+        hypotheses = self.started(effects.chosen, effects.fit.values)
         return [self.set_of(effects.chosen, fit) for fit in self.problems.fit(hypotheses, REFIT_STEPS)]
+
+    def started(self, chosen: Sequence[Candidate], values: Tensor) -> list[Hypothesis]:
+        """Effects from values ``# (P,)`` of which one is at another of its starts."""
+        free = self.free(chosen)
+        starts = [candidate.started(values, start) for candidate in chosen for start in candidate.starts]
+        return [Hypothesis(free, start) for start in starts]
 
     def _screened(self, chosen: Sequence[Candidate], values: Tensor, rivals: Sequence[Candidate]) -> Screening:
         """Held-out loss without any rival, and rivals by the one that is predicted with them, each with its start."""

@@ -11,7 +11,7 @@ from sym2real.diagnosis.data.preparation import long_enough
 from sym2real.diagnosis.data.windows import JUDGED_AT
 from sym2real.diagnosis.faults.sanity import check
 from sym2real.report.adaptation import rounds_charts, rounds_table
-from sym2real.report.diagnosis import gate_line
+from sym2real.report.diagnosis import gate_line, prediction_lines
 from sym2real.report.horizons import ladder_charts
 from sym2real.report.html.accuracy import accuracy
 from sym2real.report.html.added import curves
@@ -139,6 +139,8 @@ def _scored(found: Diagnosis) -> list[Part]:
         parts.append(ladder_table(found.ladder, found.floor, found.held_out, apart=found.apart))
     if found.gate.best is not None:
         parts.append(Lines("", [sentence(plain(gate_line(found.gate, found.gate.best)))]))
+    if found.prediction is not None:
+        parts.append(Lines("Values fitted to predictions", [sentence(plain(line)) for line in prediction_lines(found)]))
     return parts
 
 

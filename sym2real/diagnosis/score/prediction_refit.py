@@ -1,0 +1,178 @@
+"""Values that predict best: found effects fitted once more, open loop, as a controller or a simulation uses a model.
+
+The search's fit is of likelihood: short pieces whose starts are free, and disturbances that no model foresees. Its
+values are those of physics as far as the effects have the right form; where they have not, others predict better. Here
+predictions start from estimated states and run to the horizon (simulation error: L. Ljung, System Identification, 2nd
+ed., section 7.2). What is made small is the mean, over logs, of::
+
+    mean over windows of ‖e‖  /  mean over windows of ‖e‖ when nothing changes
+
+‖e‖ is the root mean square over a window's rows and judged channels, each in units of what it changes by. So kinds of
+motion weigh alike, and no few windows decide. The weights of least squares are 1/‖e‖, found anew in every round (P.
+Holland, R. Welsch, "Robust regression using iteratively reweighted least-squares", Comm. Stat. A6, 1977).
+
+The values are kept where logs that the refit left out are predicted better beyond chance, and no channel worse.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from sym2real.dataset import Dataset
+from sym2real.diagnosis.data.segments import Segments, compared_components, compared_fields
+from sym2real.diagnosis.data.windows import JUDGED_AT, channel_name, judged
+from sym2real.diagnosis.errors.rungs import Stage, horizons_for, ladder, windows_of
+from sym2real.diagnosis.estimate.fit import REFIT_STEPS, Problems
+from sym2real.diagnosis.estimate.quadratic import Fit, Hypothesis
+from sym2real.diagnosis.estimate.whitening import Whitening
+from sym2real.diagnosis.predict.candidate import Candidate
+from sym2real.diagnosis.predict.sensitivity import Problem
+from sym2real.diagnosis.score.finding import Finding, Scored
+from sym2real.diagnosis.score.importance import by_importance
+from sym2real.diagnosis.search.needed import fits_of_others, fold_of_log, left_out_sets, no_worse, scored_after
+from sym2real.diagnosis.search.select import Selection, parameter_set
+from sym2real.diagnosis.settings import SETTINGS
+
+ROUNDS, MOST_WINDOWS = 3, 1500
+
+
+@dataclass(frozen=True)
+class PredictionRefit:
+    """The values that predict best, and what they are worth.
+
+    Args:
+        horizon: s, up to which predictions were fitted.
+        values: of every finding in its place, by parameter; none of one that is in doubt.
+        before, after: errors of logs that each fit left out, with the findings' values and with these.
+    """
+
+    horizon: float
+    values: tuple[dict[str, float], ...]
+    before: Stage
+    after: Stage
+
+    @property
+    def change(self) -> tuple[float, float]:
+        """Factor by which errors at the horizon change, judged channels as a product, and its upper 97.5 % end."""
+        before, after = (stage.horizons[self.horizon] for stage in (self.before, self.after))
+        names = judged(before)
+        ratio = np.mean([np.log(after[name].value / before[name].value) for name in names])
+        drawn = np.mean([np.log(after[name].resampled / before[name].resampled) for name in names], axis=0)
+        return float(np.exp(ratio)), float(np.exp(np.quantile(drawn, 0.975)))
+
+    @property
+    def kept(self) -> bool:
+        """Whether errors of logs that were left out fall beyond chance at the horizon, and none rises there."""
+        return self.change[1] < 1.0 and no_worse(self.after, self.before)
+
+    def of(self, findings: tuple[Finding, ...]) -> tuple[Finding, ...]:
+        """The findings with these values; their intervals are those of the others, and do not hold."""
+        return tuple(
+            replace(finding, parameters={**finding.parameters, **_moved(finding, values)})
+            for finding, values in zip(findings, self.values, strict=True)
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """The entry of ``prediction`` in docs/method.md, "Answers as files"."""
+        errors = {name: getattr(self, name).to_dict()["horizons"] for name in ("before", "after")}
+        return {"horizon": self.horizon, "kept": self.kept, "values": list(self.values), **errors}
+
+
+def _moved(finding: Finding, values: dict[str, float]) -> dict[str, Any]:
+    return {name: replace(finding.parameters[name], value=value) for name, value in values.items()}
+
+
+def refit_for_prediction(scored: Scored) -> PredictionRefit | None:
+    """The found effects fitted to free predictions; None where logs are too short for one, or nothing is sure."""
+    prepared, selection = scored.result.prepared, scored.result.selection
+    data, ordered = prepared.checked.data, [candidate for candidate, _ in by_importance(selection)]
+    sure = [own for own, finding in zip(ordered, scored.findings, strict=True) if not finding.doubtful]
+    after, wanted = scored_after(selection), prepared.question.horizon or JUDGED_AT
+    horizons = horizons_for(data, wanted, after)
+    if not (horizons and sure):
+        return None
+    horizon, start = horizons[-1], parameter_set(selection, sure, selection.fit.values)
+    problem = Problem(prepared.library, data, _judged_windows(data, round(horizon / data.dt)))
+    starts = [Hypothesis(selection.free(sure), start), *selection.started(sure, start)]
+    problems, fit = _fitted(problem, starts)
+    others = fits_of_others(selection, problem.segments)
+    refitted = [problems.moved(fit, problems.sure_step(fit.of_segments(part), fit)) for part in others]
+    stages = [("found", left_out_sets(selection, sure, selection.fit)), ("refitted", torch.stack(refitted))]
+    found = ladder(prepared.library, data, stages, fold_of_log(selection), horizons=(horizon,), after=after)
+    values = tuple(_values(selection, fit.values, own) if own in sure else {} for own in ordered)
+    return PredictionRefit(horizon, values, *found)
+
+
+def _fitted(problem: Problem, starts: Sequence[Hypothesis]) -> tuple[Problems, Fit]:
+    """The best fit from several starts, because a delay has a valley at every row, with what weighs it."""
+    scale = Scale.of(problem.segments)
+
+    def fitted(start: Hypothesis) -> tuple[Problems, Fit]:
+        for _ in range(ROUNDS):
+            problems = Problems.of(problem, scale.weighing(problem.residuals(start.values[None])[0]))
+            (fit,) = problems.fit([start], REFIT_STEPS)
+            start = replace(start, values=fit.values)
+        return problems, fit
+
+    return min(map(fitted, starts), key=lambda pair: scale.mean(problem.residuals(pair[1].values[None])[0]))
+
+
+def _values(selection: Selection, values: Tensor, candidate: Candidate) -> dict[str, float]:
+    slots = selection.problems.problem.library.slots
+    return {slots[slot].parameter.name: float(values[slot]) for slot in candidate.free}
+
+
+def _judged_windows(data: Dataset, steps: int) -> Segments:
+    """Windows of which the channels are compared that predictions are judged by."""
+    windows = windows_of(data, steps)
+    assert windows is not None
+    fields = {channel_name(field): field.name for field in windows.layout.fields}
+    compared, channel = compared_components(windows.layout, [fields[name] for name in judged(fields)])
+    return replace(windows, compared=compared, channel=channel).some(MOST_WINDOWS)
+
+
+@dataclass(frozen=True, eq=False)
+class Scale:
+    """In what units errors of windows count.
+
+    Args:
+        rows: of a window's rows and components, one over squares ``# (R,)``.
+        window: of every window's log, the sum of norms when nothing changes ``# (S,)``.
+    """
+
+    rows: Tensor
+    window: Tensor
+
+    @classmethod
+    def of(cls, windows: Segments) -> Scale:
+        """By what the judged channels change from the start of windows."""
+        layout, columns, chosen = compared_fields(windows)
+        measured = windows.measured[..., columns]
+        change = layout.difference(measured[:, :1].expand_as(measured), measured)
+        change = change if chosen is None else change[..., chosen]
+        channel, log = torch.tensor(windows.channel), torch.as_tensor(windows.log)
+        squares = change.square().mean((0, 1))
+        of_channel = torch.stack([squares[channel == own].sum() for own in channel]).clamp_min(1e-300)
+        rows = (1.0 / of_channel).repeat(windows.length) / windows.length
+        norms = (change.flatten(1).square() @ rows).sqrt()
+        return cls(rows, torch.bincount(log, norms)[log].clamp_min(1e-300))
+
+    def mean(self, residuals: Tensor) -> float:
+        """Sum over logs of the mean norm of residuals ``# (S, R)`` over that when nothing changes."""
+        return float((self._norms(residuals) / self.window).sum())
+
+    def weighing(self, residuals: Tensor) -> Whitening:
+        """Weights of least squares that make a mean of norms small, at residuals ``# (S, R)``."""
+        norms = self._norms(residuals)
+        norms = norms.clamp_min(SETTINGS.worth_saying * float(norms.mean()))
+        trust, lost = 1.0 / (norms * self.window), residuals[..., None][..., :0]
+        return Whitening(self.rows.sqrt(), {}, self.rows, lost, 1, trust)
+
+    def _norms(self, residuals: Tensor) -> Tensor:
+        return (residuals.square() @ self.rows).sqrt()

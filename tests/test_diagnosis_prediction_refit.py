@@ -1,0 +1,135 @@
+"""Values that predict best: where an effect has not the right form, and nowhere else."""
+
+from __future__ import annotations
+
+import io
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from noisy_flights import LEFT_OUT, flights
+from rich.console import Console
+
+from sym2real.cli.found import write_diagnosis
+from sym2real.dataset import Dataset, Logs
+from sym2real.diagnosis import Diagnosis, add, compare, diagnose
+from sym2real.diagnosis.data.windows import channel_errors, predict_windows
+from sym2real.effects import applicable
+from sym2real.effects.along_logs import prepared
+from sym2real.experiments.noisy_runs import noisy_runs
+from sym2real.report.diagnosis import prediction_lines
+from sym2real.robots import CRAZYFLIE, MUSHR
+from sym2real.symbolic import Equations, load_model
+from sym2real.tasks import make_task
+from sym2real.trajectory import Array, Trajectory
+
+HORIZON, SLOW_MOTOR, DELAY, LAG = 0.8, ("lag:speed", {"value": 0.3}), "delay:speed", "lag:steer"
+TASKS = [make_task(name, MUSHR) for name in ("circle", "reverse_circle")]
+
+
+@cache
+def drives(seed: int, count: int) -> Dataset:
+    return noisy_runs(MUSHR, TASKS, [SLOW_MOTOR], count=count, rows=300, seed=seed)
+
+
+def in_place_of_others(effect: str, logs: Logs) -> Diagnosis:
+    """What an effect alone makes of logs, which has not the form of what is hidden there."""
+    others = [known.key for known in applicable(MUSHR.nominal()) if known.key != effect]
+    return diagnose(MUSHR.nominal(), logs, exclude=others)
+
+
+@cache
+def found() -> Diagnosis:
+    return in_place_of_others(DELAY, drives(3, 6))
+
+
+def refitted(answer: Diagnosis) -> float:
+    """The value of the only parameter of the only finding."""
+    assert answer.prediction is not None
+    (values,) = answer.prediction.values
+    return values["value"]
+
+
+def missed(model: Equations, logs: Dataset) -> float:
+    """Mean over logs of the mean error of position over what that changes by, by another part of the package."""
+    errors = [compare(model, log, (HORIZON,)).at(HORIZON).errors["position"] for log in logs]
+    return float(np.mean([error.mean / error.hold for error in errors]))
+
+
+def test_a_delay_in_place_of_a_lag_predicts_drives_better_that_nobody_has_seen() -> None:
+    base, refit = MUSHR.nominal(), found().prediction
+    assert refit is not None
+    assert refit.kept
+    assert refit.horizon == pytest.approx(HORIZON)
+    assert refitted(found()) > 1.3 * found().findings[0].values["value"]
+    physical, predicting = (found().apply(base, for_prediction=choice) for choice in (False, True))
+    ratio = missed(predicting, drives(4, 3)) / missed(physical, drives(4, 3))
+    assert ratio < 0.9
+    assert refit.change[0] < 0.9  # as logs foretold that its fits left out
+    assert "delay:speed value" in prediction_lines(found())[0]
+
+
+def test_no_value_nearby_predicts_the_logs_better() -> None:
+    """By the loss as it is written, from windows one by one: position and heading over what they change by.
+
+    A servo of limited speed, taken for a lag: of that the loss has one valley, of a delay one at every row.
+    """
+    model, steps = MUSHR.nominal(), round(HORIZON / MUSHR.dt)
+    logs = noisy_runs(MUSHR, TASKS, [("rate_limit:steer", {"value": 1.0})], count=6, rows=300, seed=3)
+
+    def lengths(log: Trajectory, value: float | None) -> dict[str, Array]:
+        """Norm of what is missed, or of what changes, in every row of every window ``# (windows, steps)``."""
+        known, (ready,) = prepared(model if value is None else add(model, LAG, {"value": value}), Dataset([log]))
+        windows = predict_windows(known, ready, steps)
+        start = windows.start[:, None].expand_as(windows.measured)
+        return channel_errors(windows.layout, start if value is None else windows.predicted, windows.measured)
+
+    changes = [lengths(log, None) for log in logs]
+    units = {name: np.mean([np.square(change[name]).mean() for change in changes]) for name in ("position", "yaw")}
+
+    def norm(of: dict[str, Array]) -> float:
+        return float(np.sqrt(np.mean([np.square(of[name]) / units[name] for name in units], axis=(0, 2))).mean())
+
+    def loss(value: float) -> float:
+        return float(np.mean([norm(lengths(log, value)) / norm(own) for log, own in zip(logs, changes, strict=True)]))
+
+    answer = in_place_of_others(LAG, logs)
+    physical, best = answer.findings[0].values["value"], refitted(answer)
+    assert best > 1.2 * physical
+    losses = {factor: loss(factor * best) for factor in (physical / best, 0.9, 1.0, 1.1)}
+    assert min(losses, key=losses.__getitem__) == 1.0
+
+
+def test_the_order_of_logs_is_nothing_to_it() -> None:
+    turned = in_place_of_others(DELAY, Dataset([*drives(3, 6)][::-1]))
+    assert turned.predicts_better
+    assert refitted(turned) == pytest.approx(refitted(found()), rel=1e-3)
+
+
+def test_values_of_the_right_form_stay() -> None:
+    others = [*LEFT_OUT, "rotor*", "rate*", "com_offset", "mounting_tilt", "sensor*", "*_drag"]
+    answer = diagnose(CRAZYFLIE.nominal(), flights("added_mass", value=0.004), exclude=others)
+    assert answer.verdict == "EFFECT"
+    assert not answer.predicts_better
+    assert refitted(answer) == pytest.approx(0.004, rel=0.1)
+    assert "not kept" in prediction_lines(answer)[0]
+    models = [answer.apply(CRAZYFLIE.nominal(), for_prediction=choice) for choice in (False, True)]
+    assert models[0].parameters == models[1].parameters
+
+
+def test_a_single_log_is_judged_by_its_last_third() -> None:
+    answer = in_place_of_others(DELAY, noisy_runs(MUSHR, TASKS, [SLOW_MOTOR], count=1, rows=900, seed=5))
+    assert answer.predicts_better
+    assert refitted(answer) == pytest.approx(refitted(found()), rel=0.15)
+
+
+def test_both_models_are_written(tmp_path: Path) -> None:
+    written = write_diagnosis(MUSHR.nominal(), drives(3, 6), found(), tmp_path, Console(file=io.StringIO()))
+    folders = [tmp_path / name for name in ("model", "model_prediction")]
+    physical, predicting = (missed(load_model(folder), drives(4, 3)) for folder in folders)
+    assert predicting < 0.9 * physical
+    assert written["prediction"]["kept"]
+    assert written["prediction"]["values"] == [{"value": refitted(found())}]
+    assert "model_prediction/equations.json" in written["files"]
+    assert "other values predict better" in (tmp_path / "report.html").read_text().lower()

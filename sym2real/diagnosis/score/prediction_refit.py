@@ -35,7 +35,7 @@ from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.score.finding import Finding, Scored
 from sym2real.diagnosis.score.importance import by_importance
-from sym2real.diagnosis.search.needed import fits_of_others, fold_of_log, left_out_sets, no_worse, scored_after
+from sym2real.diagnosis.search.needed import by_others, fold_of_log, left_out_sets, no_worse, scored_after
 from sym2real.diagnosis.search.select import Selection, parameter_set
 from sym2real.diagnosis.settings import SETTINGS
 
@@ -101,9 +101,8 @@ def refit_for_prediction(scored: Scored) -> PredictionRefit | None:
     problem = Problem(prepared.library, data, _judged_windows(data, round(horizon / data.dt)))
     starts = [Hypothesis(selection.free(sure), start), *selection.started(sure, start)]
     problems, fit = _fitted(problem, starts)
-    others = fits_of_others(selection, problem.segments)
-    refitted = [problems.moved(fit, problems.sure_step(fit.of_segments(part), fit)) for part in others]
-    stages = [("found", left_out_sets(selection, sure, selection.fit)), ("refitted", torch.stack(refitted))]
+    refitted = torch.stack(by_others(selection, fit, problems))
+    stages = [("found", left_out_sets(selection, sure, selection.fit)), ("refitted", refitted)]
     found = ladder(prepared.library, data, stages, fold_of_log(selection), horizons=(horizon,), after=after)
     values = tuple(_values(selection, fit.values, own) if own in sure else {} for own in ordered)
     return PredictionRefit(horizon, values, *found)
@@ -143,7 +142,7 @@ class Scale:
 
     Args:
         rows: of a window's rows and components, one over squares ``# (R,)``.
-        window: of every window's log, the sum of norms when nothing changes ``# (S,)``.
+        window: of every window's log, the sum of norms when nothing changes, at least a tenth of the mean ``# (S,)``.
     """
 
     rows: Tensor
@@ -161,7 +160,8 @@ class Scale:
         of_channel = torch.stack([squares[channel == own].sum() for own in channel]).clamp_min(1e-300)
         rows = (1.0 / of_channel).repeat(windows.length) / windows.length
         norms = (change.flatten(1).square() @ rows).sqrt()
-        return cls(rows, torch.bincount(log, norms)[log].clamp_min(1e-300))
+        whole = torch.bincount(log, norms)[log]
+        return cls(rows, whole.clamp_min(SETTINGS.worth_saying * float(whole.mean())))
 
     def mean(self, residuals: Tensor) -> float:
         """Sum over logs of the mean norm of residuals ``# (S, R)`` over that when nothing changes."""

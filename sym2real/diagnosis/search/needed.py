@@ -27,9 +27,9 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.data.segments import Segments
 from sym2real.diagnosis.data.windows import JUDGED_AT, free_run_seconds, judged
 from sym2real.diagnosis.errors.rungs import Stage, StageError, horizons_for, ladder
+from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.quadratic import Fit
 from sym2real.diagnosis.estimate.significance import beyond_trim
 from sym2real.diagnosis.predict.candidate import Candidate
@@ -197,19 +197,25 @@ def left_out_sets(selection: Selection, chosen: Sequence[Candidate], fit: Fit) -
 
     A log is predicted by the fit of the others; the last third of a single log by that of the rest.
     """
-    problems, still = selection.problems, torch.zeros(len(fit.whole), dtype=torch.float64)
-    parts = fits_of_others(selection, problems.problem.segments)
-    steps = [problems.sure_step(fit.of_segments(part), fit) if part.any() else still for part in parts]
-    return torch.stack([parameter_set(selection, chosen, problems.moved(fit, step)) for step in steps])
+    return torch.stack([parameter_set(selection, chosen, values) for values in by_others(selection, fit)])
 
 
-def fits_of_others(selection: Selection, segments: Segments) -> list[Tensor]:
-    """Which of some segments the fit of every fold may see ``# (S,)`` each."""
-    problem = selection.problems.problem
+def by_others(selection: Selection, fit: Fit, problems: Problems | None = None) -> list[Tensor]:
+    """Of every fold the parameter set ``# (P,)`` that all segments but its own ask for, as far as there are any.
+
+    Args:
+        selection: whose logs make the folds.
+        fit: to all segments.
+        problems: of the fit; by default those of the search.
+    """
+    problems = problems or selection.problems
+    segments, data, logs = problems.problem.segments, problems.problem.data, selection.problems.problem.segments.log
+    parts = [torch.as_tensor(segments.log != own) for own in np.unique(logs)]
     if selection.problems.log_count == 1:
-        rows = len(problem.data[int(problem.segments.log[0])])
-        return [torch.as_tensor(segments.row + segments.length <= LAST_THIRD * rows)]
-    return [torch.as_tensor(segments.log != own) for own in np.unique(problem.segments.log)]
+        parts = [torch.as_tensor(segments.row + segments.length <= LAST_THIRD * len(data[int(logs[0])]))]
+    still = torch.zeros(len(fit.whole), dtype=torch.float64)
+    steps = [problems.sure_step(fit.of_segments(part), fit) if part.any() else still for part in parts]
+    return [problems.moved(fit, step) for step in steps]
 
 
 def fold_of_log(selection: Selection) -> NDArray[np.int64] | None:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import re
 from functools import cache
+from typing import Any
 
 import pytest
 from noisy_flights import flights
 from standard_set import Case, simulate_case
 
+from sym2real.control import geometric_controller
 from sym2real.diagnosis import Estimate, Finding
 from sym2real.diagnosis.design.separation import UNTRIED, untried_said, with_advice
 from sym2real.diagnosis.estimate.weighing import whiten
@@ -17,8 +19,11 @@ from sym2real.diagnosis.predict.candidate import candidates
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.effects import effect
-from sym2real.plants import MujocoPlant
+from sym2real.errors import ModelError
+from sym2real.plants import MujocoPlant, run_episode
+from sym2real.protocols import Change
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
+from sym2real.tasks import make_task
 
 
 @cache
@@ -53,6 +58,18 @@ def test_turns_both_ways_part_a_steering_offset_from_a_gain() -> None:
     said = advice(MUSHR, "offset:steer", {"value": 0.05}, "gain:steer")
     assert "both ways" in said
     assert explained(said, "gain:steer") < 10
+
+
+def test_a_simulator_that_runs_away_costs_the_advice_and_not_the_answer() -> None:
+    def push(_: object, data: Any) -> None:
+        data.xfrc_applied[:] = 1e13
+
+    parameters = {"roll": Estimate(0.02, 0.02, 0.02, "")}
+    found = Finding("mounting_tilt", parameters, 1.0, group=("mounting_tilt", "wind"), separate_by="a turn")
+    runaway = MujocoPlant(CRAZYFLIE, [Change("a gale", force=push)])
+    with pytest.raises(ModelError, match="beyond all measure"):
+        run_episode(runaway, geometric_controller(CRAZYFLIE, make_task("hover", CRAZYFLIE).reference))
+    assert with_advice([found], CRAZYFLIE.nominal(), whitening(CRAZYFLIE), runaway) == (found,)
 
 
 def test_a_torque_and_a_centre_of_mass_stay_one_and_it_is_said() -> None:

@@ -54,6 +54,30 @@ def test_a_printed_diagnosis_has_values_with_intervals_and_what_it_cannot_tell(f
     assert "\n" not in repr(found)
 
 
+def test_a_hypothesis_that_another_effect_explains_away_is_not_supported(logs: Dataset) -> None:
+    """A load in the hand looks a little like friction; beside the load, nothing is left for friction to do."""
+    for key in ("joint_friction:q2", "gain:tau2"):
+        tried = try_effect(BASE, key, logs, exclude=["sensor_*"])
+        assert tried.gain > 0.05
+        assert tried.outdone == (key,)
+        assert not tried.supported
+        assert f"{tried.rivals[0].effect} in its place lowers it" in tried.summary
+        assert tried.rivals[0].effect.startswith("load:")
+        assert not tried.rivals[0].as_good
+    assert try_effect(BASE, "load:hand", logs, exclude=["sensor_*"]).supported
+
+
+def test_a_hypothesis_beside_a_larger_effect_is_supported(tmp_path: Path) -> None:
+    """The shoulder's damping, of which a load in the hand does more in its place, and not all."""
+    swings = [two_links.swings(damping=0.3, load=0.1, seed=seed, seconds=8.0) for seed in (1, 2)]
+    files = [two_links.write(tmp_path / f"{number}.csv", rows) for number, rows in enumerate(swings)]
+    tried = try_effect(BASE, "joint_damping:q1", read_logs(files, layouts=LINKS.layouts), exclude=["sensor_*"])
+    assert tried.rivals[0].better
+    assert tried.outdone == ()
+    assert tried.supported, tried.summary
+    assert "load:hand in its place lowers it" in tried.summary
+
+
 def test_the_zero_of_an_encoder_is_named(tmp_path: Path) -> None:
     """Of the elbow's alone; the shoulder's is a base that stands askew, which these logs cannot tell from it."""
     for place, key in ((1, "gravity_tilt"), (2, "sensor_bias:q2")):

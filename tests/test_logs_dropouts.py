@@ -57,6 +57,26 @@ def test_a_log_in_pieces_is_no_single_log(tmp_path: Path) -> None:
         read_log(path, NAME)
 
 
+def test_rows_that_were_written_twice_count_once(tmp_path: Path) -> None:
+    flight = pd.read_csv(example_flight())
+    again = flight.loc[sorted([*flight.index, 40, 41, 41, 500])]
+    path = saved(tmp_path, again)
+    log, (known,) = read_log(path, NAME), whole()
+    np.testing.assert_array_equal(log.state, known.state)
+    note = "4 of 833 rows left out, which repeat the one before, stamp and all: rows 43, 45 to 46, 506"
+    assert note in log.notes
+    found = {row.meaning: row.evidence for row in inspect_logs(path).rows}
+    assert note in found["rows left out"]
+
+
+def test_of_rows_that_differ_under_one_stamp_none_is_chosen(tmp_path: Path) -> None:
+    flight = pd.read_csv(example_flight())
+    again = flight.loc[sorted([*flight.index, 40])].reset_index(drop=True)
+    again.loc[41, "px"] += 0.01
+    with pytest.raises(DataError, match=r"row 43, column 't'.*with other values.*keep one of each stamp"):
+        read_log(saved(tmp_path, again), NAME)
+
+
 def test_without_stamps_rows_keep_their_time(tmp_path: Path) -> None:
     time = np.arange(20.0)
     x = np.where((time > 4) & (time < 12), np.nan, 3 * time)

@@ -25,4 +25,4 @@ from sym2real.diagnosis.score.held_out import Gate as Gate
 from sym2real.diagnosis.score.tried import Tried as Tried
 from sym2real.diagnosis.search.intervals import Estimate as Estimate
 from sym2real.diagnosis.unexplained.term import Term as Term
-from sym2real.diagnosis.unexplained.term import add_term as add_term
+from sym2real.effects.written_term import add_term as add_term

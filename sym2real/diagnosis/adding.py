@@ -13,6 +13,8 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from copy import copy
 from functools import partial
 
+import torch
+
 from sym2real.dataset import Dataset, Logs
 from sym2real.diagnosis.design.separation import with_advice
 from sym2real.diagnosis.errors.floor import floor_of_explained, no_higher_than_reached
@@ -27,6 +29,7 @@ from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.score.finding import Finding, findings
 from sym2real.diagnosis.score.held_out import Steps
 from sym2real.diagnosis.score.tried import Rival, Tried
+from sym2real.diagnosis.search.effect_set import EffectSet
 from sym2real.diagnosis.search.near import Near, as_good
 from sym2real.diagnosis.search.needed import Predicted, keep_needed
 from sym2real.diagnosis.search.select import Selection
@@ -40,6 +43,7 @@ from sym2real.symbolic import Equations
 from sym2real.threads import one_thread
 
 Values = Mapping[str, float]
+Ranked = Mapping[str, Sequence[Rival]]
 MOST_RIVALS = 5
 
 
@@ -124,7 +128,10 @@ def try_effect(
     supported, unneeded = _supported(keys, selection, prepared, beside)
     on_progress("trying other effects in its place")
     others = [candidate for candidate in prepared.tried if candidate.name not in keys]
-    rivals = {candidate.name: _rivals(selection, candidate, others) for candidate in selection.chosen}
+    places = [(own, _in_place(selection, own, others)) for own in selection.chosen]
+    rivals = {own.name: _rivals(selection, own, sets) for own, sets in places}
+    outdone = tuple(own.name for own, sets in places if sets and _explained_away(selection, own, sets[0], rivals))
+    supported = tuple(key for key in supported if key not in outdone)
     on_progress("scoring on held-out data")
     steps = Steps.of(prepared.library, selection, same=held_out is None)
     horizons = steps.horizons(prepared.scored, horizon)
@@ -138,6 +145,7 @@ def try_effect(
         beside=beside,
         refused=tuple(key for key in keys if key not in supported),
         unneeded=unneeded,
+        outdone=outdone,
         rivals=tuple(rival for key in keys for rival in _worth_a_line(rivals[key], beside[key])),
         faults=prepared.checked.faults,
         ladder=stages,
@@ -212,16 +220,31 @@ def _beside(selection: Selection, candidate: Candidate) -> float:
     return 1.0 - selection.present.loss / float(selection.problems.held_out(fit).sum())
 
 
-def _rivals(selection: Selection, own: Candidate, others: list[Candidate]) -> tuple[Rival, ...]:
-    """What brings how much in the place of an effect, beside the others that are chosen; the best first."""
+def _in_place(selection: Selection, own: Candidate, others: list[Candidate]) -> list[EffectSet]:
+    """What others make of the logs in the place of an effect, beside what else is chosen; the best first."""
     rest, fit = selection.without(own)
-    without, near = selection.problems.held_out(fit), Near(selection, ())
-    rivals = []
-    for scored in selection.ranked(rest, fit.values, others):
-        alike = as_good(near, without, scored.held_out)
+    return selection.ranked(rest, fit.values, others)
+
+
+def _rivals(selection: Selection, own: Candidate, sets: Sequence[EffectSet]) -> tuple[Rival, ...]:
+    """What others bring in the place of an effect; one that surely does more is not as good, it is better."""
+    without, near = selection.problems.held_out(selection.without(own)[1]), Near(selection, ())
+    most, rivals = (1 - SETTINGS.gain_beside) * selection.present.loss, []
+    for scored in sets:
+        weight = near.weights(torch.stack([scored.held_out, selection.held_out]))[1]
+        better = scored.loss < most and float(weight) <= SETTINGS.level
+        alike = not better and as_good(near, without, scored.held_out)
         key = selection.problems.problem.library.key(scored.candidate.name)
-        rivals.append(Rival(key, 1.0 - scored.loss / float(without.sum()), alike, own.name))
+        rivals.append(Rival(key, 1.0 - scored.loss / float(without.sum()), alike, own.name, better))
     return tuple(rivals)
+
+
+def _explained_away(selection: Selection, own: Candidate, best: EffectSet, rivals: Ranked) -> bool:
+    """Whether the best rival of an effect does more in its place, and leaves it nothing to do beside it."""
+    if not rivals[own.name][0].better:
+        return False
+    both = selection.ranked(best.chosen, best.fit.values, [own])
+    return not (both and both[0].price < best.price and selection.significant(both[0].fit, own))
 
 
 def _findings(

@@ -1,4 +1,4 @@
-"""Rows in which a sensor or a link gave nothing: they are left out, and it is said how many and where."""
+"""Rows in which a sensor or a link gave nothing, or nothing new: they are left out, and it is said where."""
 
 from collections.abc import Sequence
 
@@ -54,6 +54,27 @@ def without_dropouts(table: Table, columns: Sequence[str], hold: Sequence[str] =
     names = ", ".join(name for name, missing in empty.items() if missing.any())
     note = f"{gone.sum()} of {len(table)} {LEFT_OUT}, for want of numbers in {names}: rows {where}"
     return table[~gone], (note,)
+
+
+def without_repeats(table: Table, stamp: str) -> tuple[Table, tuple[str, ...]]:
+    """The rows without those that repeat the row before in every column, stamp and all; and a note on them.
+
+    A link that sends twice, or a recorder that writes twice, makes them. Without stamps they are measurements.
+
+    Args:
+        table: as read.
+        stamp: column of time stamps; "" for none.
+    """
+    if stamp not in table.columns:
+        return table, ()
+    values = np.stack([*table.columns.values()])
+    repeats = np.zeros(len(table), dtype=bool)
+    repeats[1:] = ((values[:, 1:] == values[:, :-1]) | (np.isnan(values[:, 1:]) & np.isnan(values[:, :-1]))).all(0)
+    if not repeats.any():
+        return table, ()
+    where = _stretches(table.lines[repeats])
+    note = f"{repeats.sum()} of {len(table)} {LEFT_OUT}, which repeat the one before, stamp and all: rows {where}"
+    return table[~repeats], (note,)
 
 
 def _require_pace(table: Table, name: str) -> None:

@@ -15,7 +15,7 @@ from sym2real.layout import Layouts, motors_of
 from sym2real.logs import spec_text
 from sym2real.logs.assignment import Assignment, assign, within
 from sym2real.logs.draft import Draft, Finding
-from sym2real.logs.dropouts import is_slow, without_dropouts
+from sym2real.logs.dropouts import is_slow, without_dropouts, without_repeats
 from sym2real.logs.inspect_attitude import inspect_attitudes
 from sym2real.logs.inspect_columns import inspect_columns
 from sym2real.logs.inspect_commands import inspect_commands
@@ -120,7 +120,10 @@ def _draft(tables: list[Table], assignment: Assignment) -> Draft:
     parts = [*assignment.quaternions.values(), *assignment.angles.values()]
     used = [*assignment.times, *assignment.columns.values(), *(column for part in parts for column in part.values())]
     held = [name for name in used if name in slow]
-    whole, notes = zip(*(without_dropouts(table, used, held) for table in tables), strict=True)
+    stamp = next(iter(assignment.times), "")
+    once, repeats = zip(*(without_repeats(table, stamp) for table in tables), strict=True)
+    whole, dropouts = zip(*(without_dropouts(table, used, held) for table in once), strict=True)
+    notes = [before + behind for before, behind in zip(repeats, dropouts, strict=True)]
     for table, remarks in zip(whole, notes, strict=True):
         _require_rows(table, remarks)
     draft = Draft(list(whole), assignment, tuple(held))

@@ -11,7 +11,7 @@ import numpy as np
 from sym2real.errors import DataError, reason
 from sym2real.layout import Layouts
 from sym2real.logs.derived import add_derived
-from sym2real.logs.dropouts import CUT, without_dropouts
+from sym2real.logs.dropouts import CUT, without_dropouts, without_repeats
 from sym2real.logs.grouping import layouts_from_json, trajectory, visible
 from sym2real.logs.missing import listed, specification
 from sym2real.logs.of_model import for_model
@@ -52,6 +52,7 @@ class Opened:
         found = layouts or _own_layouts(whole)
         known = None if found is None else visible(found)
         used = for_model(given or own_specification((*whole.columns, *whole.texts)), whole, known)
+        whole, repeated = without_repeats(whole, used.time.column)
         rows = len(whole) - used.drop_first - used.drop_last
         if rows < 1:
             raise DataError(
@@ -65,7 +66,7 @@ class Opened:
         if dropped := len(whole) - rows:
             notes.append(f"{dropped} of {len(whole)} rows dropped at the ends")
         standard = standard if given is None else tidy(standard, _first_stamp(whole, used))
-        standard = replace(standard, notes=(*notes, *left_out))
+        standard = replace(standard, notes=(*notes, *repeated, *left_out))
         step = dt if dt is not None else used.time.dt
         # Where rows are missing, a log is in pieces whether anybody asks for equal steps or not.
         cuts = [] if step is None and not left_out else gaps(standard.time, step or 0.0).tolist()

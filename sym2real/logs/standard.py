@@ -143,8 +143,8 @@ def stamps(table: Table, spec: LogSpec) -> Array:
     raw = table.column(spec.time.column, "of time stamps")
     if len(bad := np.flatnonzero(np.diff(raw) <= 0)):
         before, after = raw[bad[0]], raw[bad[0] + 1]
-        kind = "the same stamp again" if before == after else "an earlier stamp"
-        found = f"{kind} ({float(before)!r} then {float(after)!r})"
+        kind = "the same stamp again, with other values" if before == after else "an earlier stamp"
+        found = f"{kind} ({float(before)!r} then {float(after)!r}): sort the rows by it, and keep one of each stamp"
         raise table.error("stamps that increase strictly", found, int(bad[0]) + 1, spec.time.column)
     return raw * UNITS[spec.time.unit][1]
 

@@ -34,7 +34,7 @@ ROUNDS = 3
 # Part of every segment that the first over-fit goes by.
 FIRST = 0.25
 
-CONTRADICTED = "the logs contradict what the plain simulator says of the base's own errors: they are not calibrated"
+CONTRADICTED = "the base is not calibrated: these logs do not show the errors that it has in the plain simulator"
 ADVICE = "check the units of its commands and its parameters"
 
 

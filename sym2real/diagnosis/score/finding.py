@@ -71,6 +71,11 @@ class Finding:
         """Values alone, by parameter."""
         return {name: estimate.value for name, estimate in self.parameters.items()}
 
+    def at(self, values: Mapping[str, float]) -> Finding:
+        """The finding with other values of some parameters."""
+        known = {name: replace(own, value=values.get(name, own.value)) for name, own in self.parameters.items()}
+        return replace(self, parameters=known)
+
     def bound(self, equations: Equations) -> Equations:
         """The equations with the inputs that the effect's values refer to."""
         return equations if self.voltage is None else with_voltage(equations, self.voltage)

@@ -73,19 +73,12 @@ class PredictionRefit:
 
     def of(self, findings: tuple[Finding, ...]) -> tuple[Finding, ...]:
         """The findings with these values; their intervals are those of the others, and do not hold."""
-        return tuple(
-            replace(finding, parameters={**finding.parameters, **_moved(finding, values)})
-            for finding, values in zip(findings, self.values, strict=True)
-        )
+        return tuple(finding.at(values) for finding, values in zip(findings, self.values, strict=True))
 
     def to_dict(self) -> dict[str, Any]:
         """The entry of ``prediction`` in docs/method.md, "Answers as files"."""
         errors = {name: getattr(self, name).to_dict()["horizons"] for name in ("before", "after")}
         return {"horizon": self.horizon, "kept": self.kept, "values": list(self.values), **errors}
-
-
-def _moved(finding: Finding, values: dict[str, float]) -> dict[str, Any]:
-    return {name: replace(finding.parameters[name], value=value) for name, value in values.items()}
 
 
 def refit_for_prediction(scored: Scored) -> PredictionRefit | None:
@@ -129,10 +122,9 @@ def _values(selection: Selection, values: Tensor, candidate: Candidate) -> dict[
 
 def _judged_windows(data: Dataset, steps: int) -> Segments:
     """Windows of which the channels are compared that predictions are judged by."""
-    windows = windows_of(data, steps)
+    fields, windows = {channel_name(field): field.name for field in data.layouts.state.fields}, windows_of(data, steps)
+    compared, channel = compared_components(data.layouts.state, [fields[name] for name in judged(fields)])
     assert windows is not None
-    fields = {channel_name(field): field.name for field in windows.layout.fields}
-    compared, channel = compared_components(windows.layout, [fields[name] for name in judged(fields)])
     return replace(windows, compared=compared, channel=channel).some(MOST_WINDOWS)
 
 

@@ -28,12 +28,14 @@ class Rival:
         gain: relative fall of the held-out whitened loss.
         as_good: the data cannot tell the two apart.
         instead_of: the effect in whose place it was tried, beside the others.
+        better: it surely does more.
     """
 
     effect: str
     gain: float
     as_good: bool
     instead_of: str
+    better: bool = False
 
 
 @dataclass(frozen=True)
@@ -48,6 +50,7 @@ class Tried:
         beside: the same of each beside the others, by effect.
         refused: those that are not supported.
         unneeded: those of them that are beyond chance, but that predictions do not need.
+        outdone: those in whose place another effect does more, and leaves them nothing to do beside it.
         rivals: other effects in the place of each, the best first.
         faults: of the data, undone before the fit.
         ladder, floor, held_out, apart, notes, seconds: as of :class:`~sym2real.diagnosis.Diagnosis`.
@@ -59,6 +62,7 @@ class Tried:
     beside: Mapping[str, float]
     refused: tuple[str, ...]
     unneeded: tuple[str, ...]
+    outdone: tuple[str, ...]
     rivals: tuple[Rival, ...]
     faults: tuple[Fault, ...]
     ladder: tuple[Stage, ...]
@@ -93,6 +97,8 @@ class Tried:
         if self.unneeded and set(self.refused) == set(self.unneeded):
             small = f"predictions do not need {' or '.join(self.unneeded)}"
             return f"The logs show {sentence}, but {small}, and whole logs do not establish it{self._better}."
+        if self.outdone:
+            return f"The logs do not ask for {sentence}{self._better}, and leaves nothing for it."
         if not self.supported:
             needed = f"up to {_percent(SETTINGS.gain_of(len(self.findings)))} and more than chance are needed"
             return f"The logs do not ask for {sentence}, {needed}{self._refused}{self._better}."
@@ -110,8 +116,8 @@ class Tried:
         """What does more in the place of one."""
         groups = {finding.effect: finding.group for finding in self.findings}
         for rival in self.rivals:
-            better = rival.gain > self.beside[rival.instead_of] + SETTINGS.gain
-            if better and rival.effect not in groups[rival.instead_of]:
+            more = rival.better or rival.gain > self.beside[rival.instead_of] + SETTINGS.gain
+            if more and rival.effect not in groups[rival.instead_of]:
                 place = "its place" if len(self.findings) == 1 else f"the place of {rival.instead_of}"
                 return f"; {rival.effect} in {place} lowers it by {_percent(rival.gain)}"
         return ""

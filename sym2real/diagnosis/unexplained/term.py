@@ -19,20 +19,17 @@ from sym2real.diagnosis.data.segments import folds_of, summed
 from sym2real.diagnosis.estimate.whitening import Whitening
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
+from sym2real.diagnosis.settings import SETTINGS
 from sym2real.diagnosis.unexplained.leftover import Leftover, Rest
 from sym2real.effects.along_logs import with_filtered_commands
 from sym2real.effects.body import Body
 from sym2real.effects.frames import body_velocity
 from sym2real.effects.inputs import TIME
-from sym2real.effects.noted import TERM
-from sym2real.effects.terms import with_time
-from sym2real.effects.wrench import with_force_inputs
-from sym2real.errors import ModelError, UnknownNameError
+from sym2real.effects.written_term import add_term
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.expressions import canonical, text
-from sym2real.symbolic.parsing import parse_expression
 from sym2real.trajectory import Array
-from sym2real.vocabulary import FORCE, HEIGHT, VELOCITY
+from sym2real.vocabulary import HEIGHT, VELOCITY
 
 DEGREE = 2  # the lowest that can be even in a variable, or odd
 DIGITS = 4
@@ -57,30 +54,9 @@ class Term:
         return add_term(equations, self.channel, self.expression)
 
 
-def add_term(equations: Equations, channel: str, expression: str) -> Equations:
-    """The equations with an expression added to an input or command, wherever it stands; to a force, where they can.
-
-    Raises:
-        UnknownNameError: for a channel or a name that the equations do not have.
-        ModelError: for text that is not an expression.
-    """
-    equations = with_force_inputs(equations) if channel in FORCE.columns else equations
-    known = (*equations.layouts.inputs, *equations.layouts.action)
-    if channel not in known:
-        raise UnknownNameError("input or command of the model", channel, known)
-    try:
-        parsed = parse_expression(expression)
-    except ModelError as error:
-        raise ModelError(f"term of {channel}: {error}") from error
-    if any(symbol.name == TIME for symbol in parsed.free_symbols):
-        equations, _ = with_time(equations)
-    changed = equations.substitute({channel: symbol(channel) + parsed})
-    note = f"unverified: the term {expression} in {channel}"
-    return replace(changed, notes=(*changed.notes, note), effects=(*changed.effects, (f"{TERM}{channel}", {})))
-
-
 def propose(informed: Equations, data: Dataset, rest: Rest, leftover: Leftover, whitening: Whitening) -> Term | None:
-    """The term that explains most of what is left in a channel; None where none gains on what it has not seen.
+    """The term that explains most of what is left in a channel; None where none saves as much as an
+    effect must of what it has not seen.
 
     Args:
         informed: the equations with every finding in them.
@@ -104,7 +80,7 @@ def propose(informed: Equations, data: Dataset, rest: Rest, leftover: Leftover, 
     rounded = canonical(found * scale)
     short = {atom: sympy.Float(float(f"{float(atom):.{DIGITS}g}")) for atom in rounded.atoms(sympy.Float)}
     rounded = rounded.xreplace(short)
-    return Term(channel, text(rounded), gain) if gain > 0.0 else None
+    return Term(channel, text(rounded), gain) if gain > SETTINGS.gain else None
 
 
 def _symbols(equations: Equations) -> dict[str, Expr]:

@@ -85,7 +85,9 @@ def unknown_effect(key: str, known: Iterable[str]) -> UnknownNameError:
     shared = max((len(typed & _words(other)) for other in known), default=0)
     if not near and shared:
         near = [other for other in known if len(typed & _words(other)) == shared][:MOST_NEAR]
-    return UnknownNameError("effect", key, known, near or None)
+    return UnknownNameError(
+        "effect", key, known if near else {other.partition(":")[0] for other in known}, near or None
+    )
 
 
 def _words(key: str) -> set[str]:

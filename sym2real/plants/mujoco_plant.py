@@ -240,7 +240,8 @@ class MujocoPlant:
         if self.mj_data.warning.number[OUT_OF_MEASURE].any():
             names = ", ".join(change.name for change in self.changes) or "the plain robot"
             raise ModelError(
-                f"{names}: expected a {self.robot.name} that can be simulated, found accelerations beyond all measure"
+                f"{names}: expected a {self.robot.name} that can be simulated, found accelerations beyond all measure "
+                f'(a shorter timestep in the MJCF\'s option, or integrator="implicitfast", follows stiffer servos)'
             )
 
     def _has_crashed(self) -> bool:

@@ -15,12 +15,13 @@ from test_effects_groups import ROWS, drive
 from sym2real.cli import main
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.predict.candidate import candidates, library_for
-from sym2real.diagnosis.predict.competitors import EXCLUDED, NotTried, competing, not_tried_said
+from sym2real.diagnosis.predict.competitors import EXCLUDED, NotTried, competing
 from sym2real.effects.catalogue import known
 from sym2real.effects.searching import ALONE
 from sym2real.layout import Layout, Layouts
 from sym2real.logs import write_log
 from sym2real.regression import ENGINES
+from sym2real.report.not_tried import not_tried_said
 from sym2real.robots import CRAZYFLIE, MUSHR, Motors, quadrotor
 from sym2real.symbolic import Equations, load_model
 from sym2real.trajectory import Trajectory

@@ -228,7 +228,7 @@ def _in_place(selection: Selection, own: Candidate, others: list[Candidate]) -> 
 
 def _rivals(selection: Selection, own: Candidate, sets: Sequence[EffectSet]) -> tuple[Rival, ...]:
     """What others bring in the place of an effect; one that surely does more is not as good, it is better."""
-    without, near = selection.problems.held_out(selection.without(own)[1]), Near(selection, ())
+    without, near = selection.problems.held_out(selection.without(own)[1]), Near(selection, (), selection.present)
     most, rivals = (1 - SETTINGS.gain_beside) * selection.present.loss, []
     for scored in sets:
         weight = near.weights(torch.stack([scored.held_out, selection.held_out]))[1]

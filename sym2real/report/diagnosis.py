@@ -8,9 +8,9 @@ from rich.markup import escape
 from rich.table import Table
 
 from sym2real.diagnosis import Diagnosis, Fall, Fault, Finding, Gate, Term, Tried, Where
-from sym2real.diagnosis.predict.competitors import not_tried_names
 from sym2real.diagnosis.unexplained.leftover import MISFIT, Leftover
 from sym2real.report.ladder import ladder_table
+from sym2real.report.not_tried import not_tried_names
 from sym2real.report.tables import number, table_of
 
 STYLE = {"EFFECT": "bold yellow", "NOTHING_MISSING": "bold green", "UNEXPLAINED": "bold red", "CANNOT_TELL": "bold"}

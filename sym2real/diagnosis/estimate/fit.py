@@ -20,7 +20,7 @@ from torch import Tensor
 
 from sym2real.diagnosis.data.segments import blocks_of, folds_of, summed
 from sym2real.diagnosis.estimate.quadratic import Fit, Free, Hypothesis, solve
-from sym2real.diagnosis.estimate.whitening import Whitening
+from sym2real.diagnosis.estimate.whitening import Spread, Whitening, free_start
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.settings import SETTINGS
@@ -60,6 +60,9 @@ class Problems:
     """A problem with what weighs it: whitening, folds of the cross-validation, blocks of the cluster-robust test.
 
     Every hypothesis has the nuisance free beside its own parameters.
+
+    Args:
+        spread: what shaped the whitening's covariance, where that may be shaped anew.
     """
 
     problem: Problem
@@ -67,13 +70,16 @@ class Problems:
     folds: NDArray[np.int64]
     blocks: NDArray[np.int64]
     nuisance: Nuisance = NONE
+    spread: Spread | None = None
     _known: dict[tuple[Free, bytes, int], Fit] = field(default_factory=dict, init=False, repr=False)
 
     @classmethod
-    def of(cls, problem: Problem, whitening: Whitening, nuisance: Nuisance = NONE) -> Problems:
+    def of(
+        cls, problem: Problem, whitening: Whitening, nuisance: Nuisance = NONE, spread: Spread | None = None
+    ) -> Problems:
         """With one fold per log and blocks of 1.5 s."""
-        dt = problem.data.dt
-        return cls(problem, whitening, folds_of(problem.segments), blocks_of(problem.segments, dt), nuisance)
+        segments = problem.segments
+        return cls(problem, whitening, folds_of(segments), blocks_of(segments, problem.data.dt), nuisance, spread)
 
     @property
     def block_count(self) -> int:
@@ -178,6 +184,19 @@ class Problems:
     def held_out_segments(self, fit: Fit) -> Tensor:
         """As :meth:`held_out`, of every segment ``# (S,)``."""
         return fit.after(self._steps_of_others(self.by_fold(fit))[torch.as_tensor(self.folds)])
+
+    def by_own_starts(self, fit: Fit) -> Tensor:
+        """What every fold's loss changes by where free starts move segments as the fit's own values say ``# (folds,)``.
+
+        The covariance has starts move them as other values say. Where an unknown start of a velocity turns a robot
+        because its wheels differ, the wheels are not to blame.
+        """
+        if self.spread is None:
+            return torch.zeros(int(self.folds.max()) + 1, dtype=torch.float64)
+        start = self.problem.start_jacobian(fit.values) * free_start(self.problem.segments.layout)
+        own = replace(replace(self.spread, start=start).like(self.whitening), trust=self.whitening.trust)
+        residuals = self.problem.residuals(fit.values[None])
+        return summed((own.loss(residuals) - self.whitening.loss(residuals))[0], self.folds)
 
     def _steps_of_others(self, fit: Fit) -> Tensor:
         """For every fold the step to the minimum of the quadratic model of the other folds ``# (folds, A)``."""

@@ -154,7 +154,7 @@ def _prepared(base: Refined, logs: Dataset, weighed: Whitened, swing: Swing | No
         checked=replace(base.examined.checked, data=logs),
         scored=logs if question.held_out is None else base.examined.scored,
         tried=candidates(searched, logs),
-        problems=Problems.of(weighed.problem, weighed.whitening, nuisance_of(searched, searched.null)),
+        problems=Problems.of(weighed.problem, weighed.whitening, nuisance_of(searched, searched.null), weighed.spread),
         spread=weighed.spread,
         overfit=weighed.values,
         origin=searched.null,

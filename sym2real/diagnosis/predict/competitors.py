@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection
 from dataclasses import dataclass
 from fnmatch import fnmatch
 from functools import lru_cache
-from itertools import groupby
 
 import numpy as np
 import torch
@@ -24,7 +23,6 @@ from sym2real.trajectory import Array, Trajectory
 
 EXCLUDED = "excluded on request"
 COMPONENT = "a component of a quaternion is no command of its own"
-MOST_BRACED = 4  # columns of a kind that a line names one by one
 # Commands are as sent, without noise: one that varies less shows nothing of its map.
 STILL = 1e-9
 
@@ -86,29 +84,6 @@ def _refused(key: str, equations: Equations) -> str:
     except ModelError as error:
         return str(error)
     return ""
-
-
-def not_tried_said(left_out: Iterable[NotTried]) -> Iterator[str]:
-    """A line for every reason, with the effects that it holds for."""
-    ordered = sorted(left_out, key=lambda entry: entry.reason)
-    for reason, same in groupby(ordered, key=lambda entry: entry.reason):
-        yield f"{not_tried_names(same)}: {reason}"
-
-
-def not_tried_names(left_out: Iterable[NotTried]) -> str:
-    """The effects in few words: those of one kind together."""
-    kinds: dict[str, list[str]] = {}
-    for entry in left_out:
-        kind, _, column = entry.effect.partition(":")
-        kinds.setdefault(kind, []).append(column)
-    return ", ".join(_keys(kind, columns) for kind, columns in kinds.items())
-
-
-def _keys(kind: str, columns: list[str]) -> str:
-    named = [column for column in columns if column]
-    if len(columns) == 1 or not named:
-        return f"{kind}:{columns[0]}" if named else kind
-    return f"{kind}:{{{','.join(named)}}}" if len(columns) <= MOST_BRACED else f"{kind}:*"
 
 
 def values_for(equations: Equations, effect: Effect, data: Dataset) -> Array:

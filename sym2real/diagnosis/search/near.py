@@ -4,13 +4,15 @@ A set weighs what it predicts of folds that its fit left out, by pseudo-Bayesian
 bootstrap over folds: Y. Yao, A. Vehtari, D. Simpson, A. Gelman, "Using stacking to average Bayesian predictive
 distributions", Bayesian Analysis 13 (2018). Whole folds are drawn, so that neither residuals that follow each other nor
 a log unlike the others make a weight surer than it is; and nothing is to be said beforehand of how likely an effect is.
-Whitened squares are divided by those of the chosen set per degree of freedom where these are more than one.
+Whitened squares are divided by those of the chosen set per degree of freedom where these are more than one. Those of
+sets that leave nearly as little have the free starts of segments move these as their own values say (a start is a
+nuisance parameter of every hypothesis: profile likelihood).
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf
 
 import numpy as np
@@ -54,17 +56,20 @@ class Near:
     Args:
         selection: the chosen set.
         places: of its effects.
+        present: the chosen set, by its own starts.
     """
 
     selection: Selection
     places: tuple[Place, ...]
+    present: EffectSet
 
     @classmethod
     def of(cls, selection: Selection) -> Near:
         """Every effect of the set left out, and every rival that is worth a fit put in its place."""
         beside = selection.larger(selection.present)
         joined = {larger.candidate.name: larger.price for larger in beside}
-        return cls(selection, tuple(_place(selection, candidate, joined) for candidate in selection.chosen))
+        places = tuple(_place(selection, candidate, joined) for candidate in selection.chosen)
+        return cls(selection, places, _by_own_starts(selection, selection.present))
 
     def probabilities(self) -> dict[str, float]:
         """By effect, the chosen set's weight among those with it, without it, or with another in its place."""
@@ -74,7 +79,7 @@ class Near:
         """Of an effect's values over the sets that have it, those that differ elsewhere ``# (len(slots),)``."""
         others = [place for place in self.places if place.candidate is not candidate]
         fits = [self.selection.fit, *(fit for place in others for fit in (place.empty, *(r.fit for r in place.rivals)))]
-        losses = torch.cat([self.selection.held_out[None], *(self._around(place)[1:] for place in others)])
+        losses = torch.cat([self.present.held_out[None], *(self._around(place)[1:] for place in others)])
         away = torch.stack([fit.values[candidate.slots] for fit in fits]) - self.selection.fit.values[candidate.slots]
         return self.weights(losses) @ away.square()
 
@@ -88,7 +93,7 @@ class Near:
 
     def _around(self, place: Place) -> Tensor:
         """Losses per fold of the chosen set, and of those that differ in one place ``# (1 + 1 + rivals, folds)``."""
-        return torch.stack([self.selection.held_out, place.held_out, *(rival.held_out for rival in place.rivals)])
+        return torch.stack([self.present.held_out, place.held_out, *(rival.held_out for rival in place.rivals)])
 
 
 def _place(selection: Selection, candidate: Candidate, joined: Mapping[str, float]) -> Place:
@@ -99,9 +104,16 @@ def _place(selection: Selection, candidate: Candidate, joined: Mapping[str, floa
         for other in selection.larger(rest)
         if other.candidate is not candidate and joined.get(other.candidate.name, inf) >= other.price
     ]
-    rivals = [other for other in others if not selection.at_bound(other.fit, other.candidate)]
-    outdone = any(selection.surely_cheaper(other, selection.present) for other in others if other not in rivals)
-    return Place(candidate, rest.fit, rest.held_out, rivals, outdone)
+    most = (1 + SETTINGS.worth_saying) * selection.present.loss
+    inside = [other for other in others if not selection.at_bound(other.fit, other.candidate)]
+    rivals = [_by_own_starts(selection, other) if other.loss < most else other for other in inside]
+    outdone = any(selection.surely_cheaper(other, selection.present) for other in others if other not in inside)
+    return Place(candidate, rest.fit, rest.held_out, sorted(rivals, key=lambda rival: rival.price), outdone)
+
+
+def _by_own_starts(selection: Selection, effects: EffectSet) -> EffectSet:
+    held_out = effects.held_out + selection.problems.by_own_starts(effects.fit)
+    return replace(effects, held_out=held_out, price=selection.price(float(held_out.sum()), len(effects.chosen)))
 
 
 def groups_of(near: Near) -> dict[str, tuple[str, ...]]:
@@ -132,7 +144,7 @@ def as_good(near: Near, without: Tensor, rival: Tensor) -> bool:
         near: the chosen set.
         without, rival: loss per fold without the finding, and with the rival in its place ``# (folds,)``.
     """
-    chosen, count, price = near.selection.held_out, len(near.selection.chosen), near.selection.price
+    chosen, count, price = near.present.held_out, len(near.selection.chosen), near.selection.price
     nearly = float((without - rival).sum()) >= SETTINGS.nearly * float((without - chosen).sum())
     if price(float(rival.sum()), count) >= price(float(without.sum()), count - 1) and not nearly:
         return False

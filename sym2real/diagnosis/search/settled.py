@@ -52,8 +52,8 @@ def refuted(selection: Selection, gone: Collection[str] | None = None) -> Place 
     Where it is said which have ``gone``, also of those in whose place another one that has not costs less; a threshold
     costs less there only by more than chance, as in the search (see ``beam.py``), and takes no place.
     """
-    near, present = Near.of(selection), selection.present
-    weights = near.probabilities()
+    near = Near.of(selection)
+    weights, present = near.probabilities(), near.present
 
     def costs_less(place: Place) -> bool:
         instead = present if gone is None else _in_place(selection, place, gone)

@@ -1,10 +1,10 @@
 """What remains? What no effect explains, what was not tested, and remarks on data and method."""
 
 from sym2real.diagnosis import Comparison, Diagnosis
-from sym2real.diagnosis.predict.competitors import not_tried_said
 from sym2real.report.diagnosis import leftover_lines, misfit_line, proposal_lines
 from sym2real.report.html.page import Lines, Part, Section
 from sym2real.report.html.sentences import plain, sentences
+from sym2real.report.not_tried import not_tried_said
 
 QUESTION = "What remains?"
 

@@ -11,6 +11,7 @@ from noisy_flights import flights_with, flights_with_all
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.estimate.fit import Problems
+from sym2real.diagnosis.estimate.quadratic import Hypothesis
 from sym2real.diagnosis.estimate.whitening import Spread
 from sym2real.diagnosis.predict.candidate import candidates
 from sym2real.diagnosis.predict.library import Library
@@ -40,6 +41,28 @@ def chosen(keys: tuple[str, ...], *names: str, flights: Dataset | None = None) -
         (scored,) = selection.ranked(selection.chosen, selection.fit.values, [one])
         selection.put([*selection.chosen, one], scored.fit)
     return selection
+
+
+def test_what_an_unknown_start_does_is_no_error_of_a_hypothesis() -> None:
+    """Rates that answer by a third forget a start three times as slowly as those of the covariance's base."""
+    base, data = CRAZYFLIE.nominal(), flights_with("", {})
+    plain = Problem(Library.of(base, [effect("rate_loop_gain", base)]), data)
+    layout, slow = plain.segments.layout, torch.full_like(plain.library.null, 0.3)
+    moves = torch.zeros(len(plain.segments), layout.tangent_size, dtype=torch.float64)
+    moves[:, -3:] = 0.3 * torch.randn(len(moves), 3, generator=torch.Generator().manual_seed(0))  # rad/s
+    begun = replace(plain.segments, start=layout.retract(plain.segments.start, moves))
+    measured = Problem(plain.library, data, begun).states(slow[None])[0]
+    problem = Problem(plain.library, data, replace(plain.segments, measured=measured))
+    spread = Spread.of(problem, plain.library.null)
+    variances = torch.as_tensor(problem.segments.noise).square(), torch.zeros(len(spread.names), dtype=torch.float64)
+    problems = Problems.of(problem, spread.whitening(*variances), spread=spread)
+    (fit,) = problems.quadratics([Hypothesis((), slow)])
+    left = problems.by_fold(fit).loss + problems.by_own_starts(fit)
+    assert (left < 1e-2 * problems.by_fold(fit).loss).all()
+    (at_null,) = problems.quadratics([Hypothesis((), plain.library.null)])
+    torch.testing.assert_close(
+        problems.by_own_starts(at_null), torch.zeros_like(left), rtol=0, atol=1e-6 * at_null.total
+    )
 
 
 def test_an_effect_that_is_there_outweighs_drag_and_nothing() -> None:

@@ -19,7 +19,6 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from sym2real.diagnosis.estimate.quadratic import Fit
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.search.effect_set import EffectSet
 from sym2real.diagnosis.search.select import Selection
@@ -35,16 +34,14 @@ class Place:
 
     Args:
         candidate: the effect.
-        empty: the fit of the others alone.
-        held_out: its loss per fold ``# (folds,)``.
+        empty: the others alone.
         rivals: what was fitted in the effect's place, inside its bounds, best first; what leaves the effect worth its
             price beside it is not in its place.
         outdone: whether something at the end of what is likely costs surely less there than the chosen set.
     """
 
     candidate: Candidate
-    empty: Fit
-    held_out: Tensor
+    empty: EffectSet
     rivals: Sequence[EffectSet]
     outdone: bool
 
@@ -78,10 +75,10 @@ class Near:
     def variances(self, candidate: Candidate) -> Tensor:
         """Of an effect's values over the sets that have it, those that differ elsewhere ``# (len(slots),)``."""
         others = [place for place in self.places if place.candidate is not candidate]
-        fits = [self.selection.fit, *(fit for place in others for fit in (place.empty, *(r.fit for r in place.rivals)))]
+        sets = [self.present, *(one for place in others for one in (place.empty, *place.rivals))]
         losses = torch.cat([self.present.held_out[None], *(self._around(place)[1:] for place in others)])
-        away = torch.stack([fit.values[candidate.slots] for fit in fits]) - self.selection.fit.values[candidate.slots]
-        return self.weights(losses) @ away.square()
+        values = torch.stack([effects.fit.values[candidate.slots] for effects in sets])
+        return self.weights(losses) @ (values - values[0]).square()
 
     def weights(self, losses: Tensor) -> Tensor:
         """Weights of sets by their losses per fold ``# (sets, folds) -> (sets,)``."""
@@ -93,7 +90,7 @@ class Near:
 
     def _around(self, place: Place) -> Tensor:
         """Losses per fold of the chosen set, and of those that differ in one place ``# (1 + 1 + rivals, folds)``."""
-        return torch.stack([self.present.held_out, place.held_out, *(rival.held_out for rival in place.rivals)])
+        return torch.stack([self.present.held_out, place.empty.held_out, *(rival.held_out for rival in place.rivals)])
 
 
 def _place(selection: Selection, candidate: Candidate, joined: Mapping[str, float]) -> Place:
@@ -104,14 +101,16 @@ def _place(selection: Selection, candidate: Candidate, joined: Mapping[str, floa
         for other in selection.larger(rest)
         if other.candidate is not candidate and joined.get(other.candidate.name, inf) >= other.price
     ]
-    most = (1 + SETTINGS.worth_saying) * selection.present.loss
     inside = [other for other in others if not selection.at_bound(other.fit, other.candidate)]
-    rivals = [_by_own_starts(selection, other) if other.loss < most else other for other in inside]
     outdone = any(selection.surely_cheaper(other, selection.present) for other in others if other not in inside)
-    return Place(candidate, rest.fit, rest.held_out, sorted(rivals, key=lambda rival: rival.price), outdone)
+    rivals = sorted((_by_own_starts(selection, rival) for rival in inside), key=lambda rival: rival.price)
+    return Place(candidate, _by_own_starts(selection, rest), rivals, outdone)
 
 
 def _by_own_starts(selection: Selection, effects: EffectSet) -> EffectSet:
+    """A set by its own starts, unless it leaves so much more than the chosen one that starts do not matter."""
+    if effects.loss > (1 + SETTINGS.worth_saying) * selection.present.loss:
+        return effects
     held_out = effects.held_out + selection.problems.by_own_starts(effects.fit)
     return replace(effects, held_out=held_out, price=selection.price(float(held_out.sum()), len(effects.chosen)))
 
@@ -126,7 +125,7 @@ def groups_of(near: Near) -> dict[str, tuple[str, ...]]:
         members = [*candidate.alike, *always_alike(candidate.name, equations)]
         for scored in place.rivals:
             name = scored.candidate.name
-            if name not in chosen and as_good(near, place.held_out, scored.held_out):
+            if name not in chosen and as_good(near, place.empty.held_out, scored.held_out):
                 members += [name, *always_alike(name, equations)]
         # What the equations name themselves is what a user can look up.
         members.sort(key=lambda name: name not in library.effects or library.effects[name].given is None)

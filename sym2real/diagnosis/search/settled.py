@@ -74,9 +74,8 @@ def refuted(selection: Selection, gone: Collection[str] | None = None) -> Place 
 
 def _in_place(selection: Selection, place: Place, gone: Collection[str]) -> EffectSet:
     """The cheapest of the set without an effect, and with another in its place that has not gone."""
-    empty = selection.set_of([member for member in selection.chosen if member is not place.candidate], place.empty)
-    cheaper = [rival for rival in place.rivals if rival.price < empty.price]
-    return next(_standing(selection, cheaper, gone), empty)
+    cheaper = [rival for rival in place.rivals if rival.price < place.empty.price]
+    return next(_standing(selection, cheaper, gone), place.empty)
 
 
 def _standing(selection: Selection, sets: Sequence[EffectSet], gone: Collection[str]) -> Iterator[EffectSet]:

@@ -30,7 +30,7 @@ from sym2real.diagnosis.score.finding import Finding, findings
 from sym2real.diagnosis.score.held_out import Steps
 from sym2real.diagnosis.score.tried import Rival, Tried
 from sym2real.diagnosis.search.effect_set import EffectSet
-from sym2real.diagnosis.search.near import Near, as_good
+from sym2real.diagnosis.search.near import Near, as_good, by_own_starts, by_price
 from sym2real.diagnosis.search.needed import Predicted, keep_needed
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.settings import SETTINGS
@@ -223,16 +223,16 @@ def _beside(selection: Selection, candidate: Candidate) -> float:
 def _in_place(selection: Selection, own: Candidate, others: list[Candidate]) -> list[EffectSet]:
     """What others make of the logs in the place of an effect, beside what else is chosen; the best first."""
     rest, fit = selection.without(own)
-    return selection.ranked(rest, fit.values, others)
+    return by_price(selection, selection.ranked(rest, fit.values, others))
 
 
 def _rivals(selection: Selection, own: Candidate, sets: Sequence[EffectSet]) -> tuple[Rival, ...]:
     """What others bring in the place of an effect; one that surely does more is not as good, it is better."""
-    without, near = selection.problems.held_out(selection.without(own)[1]), Near(selection, (), selection.present)
-    most, rivals = (1 - SETTINGS.gain_beside) * selection.present.loss, []
+    without, rivals = selection.problems.held_out(selection.without(own)[1]), []
+    near = Near(selection, (), by_own_starts(selection, selection.present))
     for scored in sets:
-        weight = near.weights(torch.stack([scored.held_out, selection.held_out]))[1]
-        better = scored.loss < most and float(weight) <= SETTINGS.level
+        weight = near.weights(torch.stack([scored.held_out, near.present.held_out]))[1]
+        better = scored.loss < (1 - SETTINGS.gain_beside) * near.present.loss and float(weight) <= SETTINGS.level
         alike = not better and as_good(near, without, scored.held_out)
         key = selection.problems.problem.library.key(scored.candidate.name)
         rivals.append(Rival(key, 1.0 - scored.loss / float(without.sum()), alike, own.name, better))
@@ -243,7 +243,7 @@ def _explained_away(selection: Selection, own: Candidate, best: EffectSet, rival
     """Whether the best rival of an effect does more in its place, and leaves it nothing to do beside it."""
     if not rivals[own.name][0].better:
         return False
-    both = selection.ranked(best.chosen, best.fit.values, [own])
+    both = by_price(selection, selection.ranked(best.chosen, best.fit.values, [own]))
     return not (both and both[0].price < best.price and selection.significant(both[0].fit, own))
 
 

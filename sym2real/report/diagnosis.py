@@ -35,7 +35,7 @@ def diagnosis_report(diagnosis: Diagnosis, shown_before: Collection[str] = ()) -
         parts.append(ladder_table(diagnosis.ladder, diagnosis.floor, diagnosis.held_out, apart=diagnosis.apart))
     if diagnosis.gate.best is not None:
         parts.append(gate_line(diagnosis.gate, diagnosis.gate.best))
-    parts += prediction_lines(diagnosis)
+    parts += prediction_lines(diagnosis) if diagnosis.predicts_better else []
     parts += leftover_lines(diagnosis.leftovers)
     parts += proposal_lines(diagnosis.proposal)
     parts += _remarks([note for note in diagnosis.notes if note not in shown_before])

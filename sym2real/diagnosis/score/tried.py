@@ -116,8 +116,8 @@ class Tried:
         """What does more in the place of one."""
         groups = {finding.effect: finding.group for finding in self.findings}
         for rival in self.rivals:
-            more = rival.better or rival.gain > self.beside[rival.instead_of] + SETTINGS.gain
-            if more and rival.effect not in groups[rival.instead_of]:
+            more = rival.gain > self.beside[rival.instead_of] + SETTINGS.gain
+            if rival.better or (more and rival.effect not in groups[rival.instead_of]):
                 place = "its place" if len(self.findings) == 1 else f"the place of {rival.instead_of}"
                 return f"; {rival.effect} in {place} lowers it by {_percent(rival.gain)}"
         return ""

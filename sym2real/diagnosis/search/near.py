@@ -66,7 +66,7 @@ class Near:
         beside = selection.larger(selection.present)
         joined = {larger.candidate.name: larger.price for larger in beside}
         places = tuple(_place(selection, candidate, joined) for candidate in selection.chosen)
-        return cls(selection, places, _by_own_starts(selection, selection.present))
+        return cls(selection, places, by_own_starts(selection, selection.present))
 
     def probabilities(self) -> dict[str, float]:
         """By effect, the chosen set's weight among those with it, without it, or with another in its place."""
@@ -103,16 +103,20 @@ def _place(selection: Selection, candidate: Candidate, joined: Mapping[str, floa
     ]
     inside = [other for other in others if not selection.at_bound(other.fit, other.candidate)]
     outdone = any(selection.surely_cheaper(other, selection.present) for other in others if other not in inside)
-    rivals = sorted((_by_own_starts(selection, rival) for rival in inside), key=lambda rival: rival.price)
-    return Place(candidate, _by_own_starts(selection, rest), rivals, outdone)
+    return Place(candidate, by_own_starts(selection, rest), by_price(selection, inside), outdone)
 
 
-def _by_own_starts(selection: Selection, effects: EffectSet) -> EffectSet:
+def by_own_starts(selection: Selection, effects: EffectSet) -> EffectSet:
     """A set by its own starts, unless it leaves so much more than the chosen one that starts do not matter."""
     if effects.loss > (1 + SETTINGS.worth_saying) * selection.present.loss:
         return effects
     held_out = effects.held_out + selection.problems.by_own_starts(effects.fit)
     return replace(effects, held_out=held_out, price=selection.price(float(held_out.sum()), len(effects.chosen)))
+
+
+def by_price(selection: Selection, sets: Sequence[EffectSet]) -> list[EffectSet]:
+    """Sets by their own starts, the cheapest first."""
+    return sorted((by_own_starts(selection, effects) for effects in sets), key=lambda effects: effects.price)
 
 
 def groups_of(near: Near) -> dict[str, tuple[str, ...]]:

@@ -115,7 +115,7 @@ def test_values_of_the_right_form_stay() -> None:
     assert refitted(answer) == pytest.approx(0.004, rel=0.1)
     assert "not kept" in prediction_lines(answer)[0]
     models = [answer.apply(CRAZYFLIE.nominal(), for_prediction=choice) for choice in (False, True)]
-    assert models[0].parameters == models[1].parameters
+    assert models[0].effects == models[1].effects
 
 
 def test_a_single_log_is_judged_by_its_last_third() -> None:

@@ -41,10 +41,10 @@ class Effects:
             kinds = [kind for kind in EFFECTS.values() if kind.fits(Body.of(usual))]
             console.print(catalogue_table(kinds, usual.title))
             return {"effects": [{"name": kind.name, "stage": kind.stage, "summary": kind.summary} for kind in kinds]}
-        if self.name in ROBOTS or Path(self.name).is_dir():
-            wanted = f"sym2real effects --robot {self.name}"
-            raise ModelError(f"expected an effect, found the robot {self.name}: `{wanted}` lists what it may have")
         if self.name.partition(":")[0] not in EFFECTS:
+            if self.name in ROBOTS or Path(self.name).is_dir():
+                wanted = f"sym2real effects --robot {self.name}"
+                raise ModelError(f"expected an effect, found {self.name}: `{wanted}` lists what that robot may have")
             raise unknown_effect(self.name, (key for robot in (*robots, *ROBOTS.values()) for key in keys(robot)))
         fitting = ((key, robot) for robot in robots for key in keys(robot) if self.name in (key, key.partition(":")[0]))
         key, robot = next(fitting, (self.name, None))

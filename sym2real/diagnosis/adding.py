@@ -43,7 +43,6 @@ from sym2real.symbolic import Equations
 from sym2real.threads import one_thread
 
 Values = Mapping[str, float]
-Ranked = Mapping[str, Sequence[Rival]]
 MOST_RIVALS = 5
 
 
@@ -130,7 +129,7 @@ def try_effect(
     others = [candidate for candidate in prepared.tried if candidate.name not in keys]
     places = [(own, _in_place(selection, own, others)) for own in selection.chosen]
     rivals = {own.name: _rivals(selection, own, sets) for own, sets in places}
-    outdone = tuple(own.name for own, sets in places if sets and _explained_away(selection, own, sets[0], rivals))
+    outdone = tuple(own.name for own, sets in places if sets and _outdone(selection, own, sets[0], rivals[own.name][0]))
     supported = tuple(key for key in supported if key not in outdone)
     on_progress("scoring on held-out data")
     steps = Steps.of(prepared.library, selection, same=held_out is None)
@@ -171,7 +170,8 @@ def _supported(
 
 
 def _worth_a_line(rivals: Sequence[Rival], beside: float) -> Sequence[Rival]:
-    return [rival for rival in rivals if rival.gain > max(SETTINGS.gain, SETTINGS.mostly * beside)][:MOST_RIVALS]
+    least = max(SETTINGS.gain, SETTINGS.mostly * beside)
+    return [rival for rival in rivals if rival.better or rival.gain > least][:MOST_RIVALS]
 
 
 def _check_fittable(wanted: Effect, equations: Equations) -> None:
@@ -216,8 +216,11 @@ def _fitted(prepared: Prepared, keys: Sequence[str]) -> tuple[Selection, float]:
 
 def _beside(selection: Selection, candidate: Candidate) -> float:
     """Part of the held-out loss without an effect that it takes beside the others."""
-    _, fit = selection.without(candidate)
-    return 1.0 - selection.present.loss / float(selection.problems.held_out(fit).sum())
+    return 1.0 - by_own_starts(selection, selection.present).loss / _without(selection, candidate).loss
+
+
+def _without(selection: Selection, own: Candidate) -> EffectSet:
+    return by_own_starts(selection, selection.set_of(*selection.without(own)))
 
 
 def _in_place(selection: Selection, own: Candidate, others: list[Candidate]) -> list[EffectSet]:
@@ -228,23 +231,25 @@ def _in_place(selection: Selection, own: Candidate, others: list[Candidate]) -> 
 
 def _rivals(selection: Selection, own: Candidate, sets: Sequence[EffectSet]) -> tuple[Rival, ...]:
     """What others bring in the place of an effect; one that surely does more is not as good, it is better."""
-    without, rivals = selection.problems.held_out(selection.without(own)[1]), []
+    library, without, rivals = selection.problems.problem.library, _without(selection, own), []
     near = Near(selection, (), by_own_starts(selection, selection.present))
+    same = (*own.alike, *always_alike(own.name, library.equations))
     for scored in sets:
-        weight = near.weights(torch.stack([scored.held_out, near.present.held_out]))[1]
-        better = scored.loss < (1 - SETTINGS.gain_beside) * near.present.loss and float(weight) <= SETTINGS.level
-        alike = not better and as_good(near, without, scored.held_out)
-        key = selection.problems.problem.library.key(scored.candidate.name)
-        rivals.append(Rival(key, 1.0 - scored.loss / float(without.sum()), alike, own.name, better))
+        key = library.key(scored.candidate.name)
+        weight = float(near.weights(torch.stack([near.present.held_out, scored.held_out]))[0])
+        more = scored.loss < (1 - SETTINGS.gain_beside) * near.present.loss
+        better = more and weight <= SETTINGS.level and key not in same
+        alike = not better and as_good(near, without.held_out, scored.held_out)
+        rivals.append(Rival(key, 1.0 - scored.loss / without.loss, alike, own.name, better))
     return tuple(rivals)
 
 
-def _explained_away(selection: Selection, own: Candidate, best: EffectSet, rivals: Ranked) -> bool:
+def _outdone(selection: Selection, own: Candidate, best: EffectSet, rival: Rival) -> bool:
     """Whether the best rival of an effect does more in its place, and leaves it nothing to do beside it."""
-    if not rivals[own.name][0].better:
+    if not rival.better:
         return False
     both = by_price(selection, selection.ranked(best.chosen, best.fit.values, [own]))
-    return not (both and both[0].price < best.price and selection.significant(both[0].fit, own))
+    return bool(both) and not (both[0].price < best.price and selection.significant(both[0].fit, own))
 
 
 def _findings(

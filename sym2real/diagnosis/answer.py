@@ -113,7 +113,7 @@ class Diagnosis:
 
     @property
     def predicts_better(self) -> bool:
-        """Whether other values than those of the findings predict logs better that no fit has seen."""
+        """Whether other values than those of the findings predict logs better that each fit left out."""
         return self.prediction is not None and self.prediction.kept
 
     def apply(self, equations: Equations, *, for_prediction: bool = False) -> Equations:

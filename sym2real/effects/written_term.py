@@ -2,6 +2,10 @@
 
 from dataclasses import replace
 
+from sympy import Expr
+
+from sym2real.effects.body import Body
+from sym2real.effects.frames import body_velocity
 from sym2real.effects.inputs import TIME
 from sym2real.effects.noted import TERM
 from sym2real.effects.terms import with_time
@@ -9,7 +13,7 @@ from sym2real.effects.wrench import with_force_inputs
 from sym2real.errors import ModelError, UnknownNameError
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.parsing import parse_expression
-from sym2real.vocabulary import FORCE
+from sym2real.vocabulary import FORCE, HEIGHT, VELOCITY
 
 
 def add_term(equations: Equations, channel: str, expression: str) -> Equations:
@@ -32,3 +36,19 @@ def add_term(equations: Equations, channel: str, expression: str) -> Equations:
     changed = equations.substitute({channel: symbol(channel) + parsed})
     note = f"unverified: the term {expression} in {channel}"
     return replace(changed, notes=(*changed.notes, note), effects=(*changed.effects, (f"{TERM}{channel}", {})))
+
+
+def nameable(equations: Equations) -> dict[str, Expr]:
+    """What a term may depend on, by the names that people use, as expressions over the equations' columns."""
+    layouts, body = equations.layouts, Body.of(equations)
+    names = {*layouts.state, *layouts.action, *layouts.inputs}
+    found: dict[str, Expr] = {name: symbol(name) for name in sorted(names)}
+    found |= {"time": symbol(TIME)} | ({"height": symbol(HEIGHT)} if HEIGHT in names else {})
+    along = [name for name in VELOCITY.columns if name in names]
+    if along:
+        found |= {f"velocity {axis}": symbol(name) for axis, name in zip("xyz", along, strict=False)}
+        if layouts.state.has_field("attitude"):
+            found |= {f"body velocity {axis}": value for axis, value in zip("xyz", body_velocity(body), strict=True)}
+        elif layouts.state.has_field("heading"):
+            found["forward speed"] = body_velocity(body)[0]
+    return found

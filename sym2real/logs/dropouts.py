@@ -70,6 +70,7 @@ def without_repeats(table: Table, stamp: str) -> tuple[Table, tuple[str, ...]]:
     values = np.stack([*table.columns.values()])
     repeats = np.zeros(len(table), dtype=bool)
     repeats[1:] = ((values[:, 1:] == values[:, :-1]) | (np.isnan(values[:, 1:]) & np.isnan(values[:, :-1]))).all(0)
+    repeats &= ~np.isnan(table.columns[stamp])
     if not repeats.any():
         return table, ()
     where = _stretches(table.lines[repeats])

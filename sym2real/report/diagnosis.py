@@ -181,7 +181,8 @@ def known_of(finding: Finding) -> list[tuple[str, str]]:
         facts.append(("probability", f"{100 * finding.probability:.0f} % against {others}"))
     rivals = [rival for rival in finding.group if rival != finding.effect]
     if rivals:
-        facts.append(("or", f"{', '.join(rivals)}: as good here, or within a hundredth of the misfit"))
+        near = "as good here, or within a hundredth of the misfit, which a small error in the form of either outweighs"
+        facts.append(("or", f"{', '.join(rivals)}: {near}"))
     if finding.separate_by:
         facts.append(("tell apart", finding.separate_by))
     return [*facts, ("fix", finding.fix)]

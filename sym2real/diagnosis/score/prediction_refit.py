@@ -11,7 +11,8 @@ ed., section 7.2). What is made small is the mean, over logs, of::
 motion weigh alike, and no few windows decide. The weights of least squares are 1/‖e‖, found anew in every round (P.
 Holland, R. Welsch, "Robust regression using iteratively reweighted least-squares", Comm. Stat. A6, 1977).
 
-The values are kept where logs that the refit left out are predicted better beyond chance, and no channel worse.
+The values are kept where logs that the refit left out are predicted better beyond chance, and no channel
+surely worse.
 """
 
 from __future__ import annotations
@@ -35,7 +36,14 @@ from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.score.finding import Finding, Scored
 from sym2real.diagnosis.score.importance import by_importance
-from sym2real.diagnosis.search.needed import by_others, fold_of_log, left_out_sets, no_worse, scored_after
+from sym2real.diagnosis.search.needed import (
+    by_others,
+    fold_of_log,
+    left_out_sets,
+    no_worse,
+    parts_of_others,
+    scored_after,
+)
 from sym2real.diagnosis.search.select import Selection, parameter_set
 from sym2real.diagnosis.settings import SETTINGS
 
@@ -61,15 +69,19 @@ class PredictionRefit:
     def change(self) -> tuple[float, float]:
         """Factor by which errors at the horizon change, judged channels as a product, and its upper 97.5 % end."""
         before, after = (stage.horizons[self.horizon] for stage in (self.before, self.after))
-        names = judged(before)
-        ratio = np.mean([np.log(after[name].value / before[name].value) for name in names])
-        drawn = np.mean([np.log(after[name].resampled / before[name].resampled) for name in names], axis=0)
+        pairs = [(after[name], before[name]) for name in judged(before)]
+        ratio = np.mean([np.log(max(now.value, 1e-12) / max(was.value, 1e-12)) for now, was in pairs])
+        drawn = np.mean([np.log((now.resampled + 1e-12) / (was.resampled + 1e-12)) for now, was in pairs], axis=0)
         return float(np.exp(ratio)), float(np.exp(np.quantile(drawn, 0.975)))
 
     @property
     def kept(self) -> bool:
-        """Whether errors of logs that were left out fall beyond chance at the horizon, and none rises there."""
-        return self.change[1] < 1.0 and no_worse(self.after, self.before)
+        """Whether errors of logs that were left out fall beyond chance at the horizon, and none surely rises there.
+
+        The interval of a single block has no width, and says nothing.
+        """
+        changed, end = self.change
+        return changed < end < 1.0 and self.after.foretells and no_worse(self.after, self.before)
 
     def of(self, findings: tuple[Finding, ...]) -> tuple[Finding, ...]:
         """The findings with these values; their intervals are those of the others, and do not hold."""
@@ -82,7 +94,7 @@ class PredictionRefit:
 
 
 def refit_for_prediction(scored: Scored) -> PredictionRefit | None:
-    """The found effects fitted to free predictions; None where logs are too short for one, or nothing is sure."""
+    """The found effects fitted to free predictions; None where logs are too few or too short, or nothing is sure."""
     prepared, selection = scored.result.prepared, scored.result.selection
     data, ordered = prepared.checked.data, [candidate for candidate, _ in by_importance(selection)]
     sure = [own for own, finding in zip(ordered, scored.findings, strict=True) if not finding.doubtful]
@@ -92,6 +104,8 @@ def refit_for_prediction(scored: Scored) -> PredictionRefit | None:
         return None
     horizon, start = horizons[-1], parameter_set(selection, sure, selection.fit.values)
     problem = Problem(prepared.library, data, _judged_windows(data, round(horizon / data.dt)))
+    if not all(part.any() for part in parts_of_others(selection, problem.segments)):
+        return None
     starts = [Hypothesis(selection.free(sure), start), *selection.started(sure, start)]
     problems, fit = _fitted(problem, starts)
     refitted = torch.stack(by_others(selection, fit, problems))
@@ -164,7 +178,7 @@ class Scale:
         norms = self._norms(residuals)
         norms = norms.clamp_min(SETTINGS.worth_saying * float(norms.mean()))
         trust, lost = 1.0 / (norms * self.window), residuals[..., None][..., :0]
-        return Whitening(self.rows.sqrt(), {}, self.rows, lost, 1, trust)
+        return Whitening(self.rows.rsqrt(), {}, self.rows, lost, 1, trust)
 
     def _norms(self, residuals: Tensor) -> Tensor:
         return (residuals.square() @ self.rows).sqrt()

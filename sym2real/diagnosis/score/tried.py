@@ -98,7 +98,7 @@ class Tried:
             small = f"predictions do not need {' or '.join(self.unneeded)}"
             return f"The logs show {sentence}, but {small}, and whole logs do not establish it{self._better}."
         if self.outdone:
-            return f"The logs do not ask for {sentence}{self._better}, and leaves nothing for it."
+            return f"The logs do not ask for {sentence}{self._better}, and leaves too little for it."
         if not self.supported:
             needed = f"up to {_percent(SETTINGS.gain_of(len(self.findings)))} and more than chance are needed"
             return f"The logs do not ask for {sentence}, {needed}{self._refused}{self._better}."
@@ -115,7 +115,7 @@ class Tried:
     def _better(self) -> str:
         """What does more in the place of one."""
         groups = {finding.effect: finding.group for finding in self.findings}
-        for rival in self.rivals:
+        for rival in sorted(self.rivals, key=lambda rival: rival.instead_of not in self.outdone):
             more = rival.gain > self.beside[rival.instead_of] + SETTINGS.gain
             if rival.better or (more and rival.effect not in groups[rival.instead_of]):
                 place = "its place" if len(self.findings) == 1 else f"the place of {rival.instead_of}"

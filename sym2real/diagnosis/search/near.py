@@ -102,7 +102,8 @@ def _place(selection: Selection, candidate: Candidate, joined: Mapping[str, floa
         if other.candidate is not candidate and joined.get(other.candidate.name, inf) >= other.price
     ]
     inside = [other for other in others if not selection.at_bound(other.fit, other.candidate)]
-    outdone = any(selection.surely_cheaper(other, selection.present) for other in others if other not in inside)
+    ends = [by_own_starts(selection, other) for other in others if other not in inside]
+    outdone = any(selection.surely_cheaper(other, by_own_starts(selection, selection.present)) for other in ends)
     return Place(candidate, by_own_starts(selection, rest), by_price(selection, inside), outdone)
 
 

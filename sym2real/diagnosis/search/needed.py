@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from sym2real.dataset import Dataset
+from sym2real.diagnosis.data.segments import Segments
 from sym2real.diagnosis.data.windows import JUDGED_AT, free_run_seconds, judged
 from sym2real.diagnosis.errors.rungs import Stage, StageError, horizons_for, ladder
 from sym2real.diagnosis.estimate.fit import Problems
@@ -209,13 +210,19 @@ def by_others(selection: Selection, fit: Fit, problems: Problems | None = None) 
         problems: of the fit; by default those of the search.
     """
     problems = problems or selection.problems
-    segments, data, logs = problems.problem.segments, problems.problem.data, selection.problems.problem.segments.log
-    parts = [torch.as_tensor(segments.log != own) for own in np.unique(logs)]
-    if selection.problems.log_count == 1:
-        parts = [torch.as_tensor(segments.row + segments.length <= LAST_THIRD * len(data[int(logs[0])]))]
     still = torch.zeros(len(fit.whole), dtype=torch.float64)
+    parts = parts_of_others(selection, problems.problem.segments)
     steps = [problems.sure_step(fit.of_segments(part), fit) if part.any() else still for part in parts]
     return [problems.moved(fit, step) for step in steps]
+
+
+def parts_of_others(selection: Selection, segments: Segments) -> list[Tensor]:
+    """Of every fold the segments ``# (S,)`` that are not its own; of a single log those of the first two thirds."""
+    folds, data = fold_of_log(selection), selection.problems.problem.data
+    if folds is None:
+        rows = np.array([len(log) for log in data])
+        return [torch.as_tensor(segments.row + segments.length <= LAST_THIRD * rows[segments.log])]
+    return [torch.as_tensor(folds[segments.log] != fold) for fold in np.unique(folds)]
 
 
 def fold_of_log(selection: Selection) -> NDArray[np.int64] | None:

@@ -22,14 +22,10 @@ from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.diagnosis.unexplained.leftover import Leftover, Rest
 from sym2real.effects.along_logs import with_filtered_commands
-from sym2real.effects.body import Body
-from sym2real.effects.frames import body_velocity
-from sym2real.effects.inputs import TIME
-from sym2real.effects.written_term import add_term
-from sym2real.symbolic import Equations, symbol
+from sym2real.effects.written_term import add_term, nameable
+from sym2real.symbolic import Equations
 from sym2real.symbolic.expressions import canonical, text
 from sym2real.trajectory import Array
-from sym2real.vocabulary import HEIGHT, VELOCITY
 
 DEGREE = 2  # the lowest that can be even in a variable, or odd
 DIGITS = 4
@@ -69,7 +65,7 @@ def propose(informed: Equations, data: Dataset, rest: Rest, leftover: Leftover, 
     if channel not in rest.names:  # a measurement that is off is no disturbance
         return None
     if leftover.size is None:
-        variable = _symbols(informed).get(leftover.explained_by)
+        variable = nameable(informed).get(leftover.explained_by)
         if variable is None:  # a change, an angle's lag: no quantity that the equations hold
             return None
         values = rest.values[:, rest.features.index(leftover.explained_by)]
@@ -81,22 +77,6 @@ def propose(informed: Equations, data: Dataset, rest: Rest, leftover: Leftover, 
     short = {atom: sympy.Float(float(f"{float(atom):.{DIGITS}g}")) for atom in rounded.atoms(sympy.Float)}
     rounded = rounded.xreplace(short)
     return Term(channel, text(rounded), gain) if gain > SETTINGS.gain else None
-
-
-def _symbols(equations: Equations) -> dict[str, Expr]:
-    """Features of the leftover as expressions over the equations' columns."""
-    layouts, body = equations.layouts, Body.of(equations)
-    names = {*layouts.state, *layouts.action, *layouts.inputs}
-    found: dict[str, Expr] = {name: symbol(name) for name in sorted(names)}
-    found |= {"time": symbol(TIME)} | ({"height": symbol(HEIGHT)} if HEIGHT in names else {})
-    along = [name for name in VELOCITY.columns if name in names]
-    if along:
-        found |= {f"velocity {axis}": symbol(name) for axis, name in zip("xyz", along, strict=False)}
-        if layouts.state.has_field("attitude"):
-            found |= {f"body velocity {axis}": value for axis, value in zip("xyz", body_velocity(body), strict=True)}
-        elif layouts.state.has_field("heading"):
-            found["forward speed"] = body_velocity(body)[0]
-    return found
 
 
 def _polynomial(variable: Expr, values: Array, target: Array) -> Expr:

@@ -23,6 +23,9 @@ def order(folder: Path, random: Random) -> Case:
         random.shuffle(rest) if how == "shuffled" else rest.reverse()
         lines[1:] = rest
     write(folder, log, lines)
+    if how == "twice":
+        told = rf"1 of {len(lines) - 1} rows left out, which repeat the one before, stamp and all: rows {row + 2}\b"
+        return reading(log, told=told)
     stamps = [float(line.split(",")[0]) for line in lines[1:]]
     first = next(i for i in range(1, len(stamps)) if stamps[i] <= stamps[i - 1])
     return reading(log, re.escape(log), rf"row {first + 2}, column '(log_)?time': expected stamps that increase")

@@ -32,7 +32,6 @@ from sym2real.diagnosis.errors.rungs import Stage, horizons_for, ladder, windows
 from sym2real.diagnosis.estimate.fit import REFIT_STEPS, Problems
 from sym2real.diagnosis.estimate.quadratic import Fit, Hypothesis
 from sym2real.diagnosis.estimate.whitening import Whitening
-from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.score.finding import Finding, Scored
 from sym2real.diagnosis.score.importance import by_importance
@@ -44,10 +43,10 @@ from sym2real.diagnosis.search.needed import (
     parts_of_others,
     scored_after,
 )
-from sym2real.diagnosis.search.select import Selection, parameter_set
+from sym2real.diagnosis.search.select import parameter_set
 from sym2real.diagnosis.settings import SETTINGS
 
-ROUNDS, MOST_WINDOWS = 3, 1500
+ROUNDS, MOST_WINDOWS, MOST_STARTS = 3, 1500, 3
 
 
 @dataclass(frozen=True)
@@ -111,13 +110,17 @@ def refit_for_prediction(scored: Scored) -> PredictionRefit | None:
     refitted = torch.stack(by_others(selection, fit, problems))
     stages = [("found", left_out_sets(selection, sure, selection.fit)), ("refitted", refitted)]
     found = ladder(prepared.library, data, stages, fold_of_log(selection), horizons=(horizon,), after=after)
-    values = tuple(_values(selection, fit.values, own) if own in sure else {} for own in ordered)
-    return PredictionRefit(horizon, values, *found)
+    names = [slot.parameter.name for slot in prepared.library.slots]
+    values = ({names[slot]: float(fit.values[slot]) for slot in own.free} if own in sure else {} for own in ordered)
+    return PredictionRefit(horizon, tuple(values), *found)
 
 
 def _fitted(problem: Problem, starts: Sequence[Hypothesis]) -> tuple[Problems, Fit]:
-    """The best fit from several starts, because a delay has a valley at every row, with what weighs it."""
+    """The best fit from the best of several starts, as a delay has a valley at every row, with what weighs it."""
     scale = Scale.of(problem.segments)
+
+    def missed(at: Hypothesis | Fit) -> float:
+        return scale.mean(problem.residuals(at.values[None])[0])
 
     def fitted(start: Hypothesis) -> tuple[Problems, Fit]:
         for _ in range(ROUNDS):
@@ -126,12 +129,7 @@ def _fitted(problem: Problem, starts: Sequence[Hypothesis]) -> tuple[Problems, F
             start = replace(start, values=fit.values)
         return problems, fit
 
-    return min(map(fitted, starts), key=lambda pair: scale.mean(problem.residuals(pair[1].values[None])[0]))
-
-
-def _values(selection: Selection, values: Tensor, candidate: Candidate) -> dict[str, float]:
-    slots = selection.problems.problem.library.slots
-    return {slots[slot].parameter.name: float(values[slot]) for slot in candidate.free}
+    return min(map(fitted, sorted(starts, key=missed)[:MOST_STARTS]), key=lambda pair: missed(pair[1]))
 
 
 def _judged_windows(data: Dataset, steps: int) -> Segments:

@@ -15,6 +15,8 @@ from sym2real.cli.found import write_diagnosis
 from sym2real.dataset import Dataset, Logs
 from sym2real.diagnosis import Diagnosis, add, compare, diagnose
 from sym2real.diagnosis.data.windows import channel_errors, predict_windows
+from sym2real.diagnosis.errors.rungs import Stage, StageError
+from sym2real.diagnosis.score.prediction_refit import PredictionRefit
 from sym2real.effects import applicable
 from sym2real.effects.along_logs import prepared
 from sym2real.experiments.noisy_runs import noisy_runs
@@ -122,6 +124,19 @@ def test_a_single_log_is_judged_by_its_last_third() -> None:
     answer = in_place_of_others(DELAY, noisy_runs(MUSHR, TASKS, [SLOW_MOTOR], count=1, rows=900, seed=5))
     assert answer.predicts_better
     assert refitted(answer) == pytest.approx(refitted(found()), rel=0.15)
+
+
+@pytest.mark.parametrize(("spread", "kept"), [(0.0, False), (0.01, True), (0.3, False)])
+def test_a_fall_counts_where_blocks_agree_and_are_more_than_one(spread: float, kept: bool) -> None:
+    """A single block is drawn over and over: its interval has no width."""
+    drawn = np.random.default_rng(0).normal(0.0, spread, 200)
+
+    def stage(size: float, scatter: Array) -> Stage:
+        resampled = size * np.exp(scatter)
+        low, high = np.quantile(resampled, (0.025, 0.975))
+        return Stage("", {HORIZON: {"position": StageError(size, size, float(low), float(high), "m", resampled)}})
+
+    assert PredictionRefit(HORIZON, (), stage(1.0, np.zeros(200)), stage(0.9, drawn)).kept is kept
 
 
 def test_both_models_are_written(tmp_path: Path) -> None:

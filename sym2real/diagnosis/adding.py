@@ -123,12 +123,14 @@ def try_effect(
     prepared = prepare(question, Stages(on_progress))
     on_progress(f"fitting {', '.join(keys)}")
     selection, gain = _fitted(prepared, keys)
-    beside = {candidate.name: _beside(selection, candidate) for candidate in selection.chosen}
+    near = Near(selection, (), by_own_starts(selection, selection.present))
+    empty = {own.name: by_own_starts(selection, selection.set_of(*selection.without(own))) for own in selection.chosen}
+    beside = {key: 1.0 - near.present.loss / without.loss for key, without in empty.items()}
     supported, unneeded = _supported(keys, selection, prepared, beside)
     on_progress("trying other effects in its place")
     others = [candidate for candidate in prepared.tried if candidate.name not in keys]
     places = [(own, _in_place(selection, own, others)) for own in selection.chosen]
-    rivals = {own.name: _rivals(selection, own, sets) for own, sets in places}
+    rivals = {own.name: _rivals(near, own, empty[own.name], sets) for own, sets in places}
     outdone = tuple(own.name for own, sets in places if sets and _outdone(selection, own, sets[0], rivals[own.name][0]))
     supported = tuple(key for key in supported if key not in outdone)
     on_progress("scoring on held-out data")
@@ -214,25 +216,22 @@ def _fitted(prepared: Prepared, keys: Sequence[str]) -> tuple[Selection, float]:
     return selection, 1.0 - selection.present.loss / without
 
 
-def _beside(selection: Selection, candidate: Candidate) -> float:
-    """Part of the held-out loss without an effect that it takes beside the others."""
-    return 1.0 - by_own_starts(selection, selection.present).loss / _without(selection, candidate).loss
-
-
-def _without(selection: Selection, own: Candidate) -> EffectSet:
-    return by_own_starts(selection, selection.set_of(*selection.without(own)))
-
-
 def _in_place(selection: Selection, own: Candidate, others: list[Candidate]) -> list[EffectSet]:
     """What others make of the logs in the place of an effect, beside what else is chosen; the best first."""
     rest, fit = selection.without(own)
     return by_price(selection, selection.ranked(rest, fit.values, others))
 
 
-def _rivals(selection: Selection, own: Candidate, sets: Sequence[EffectSet]) -> tuple[Rival, ...]:
-    """What others bring in the place of an effect; one that surely does more is not as good, it is better."""
-    library, without, rivals = selection.problems.problem.library, _without(selection, own), []
-    near = Near(selection, (), by_own_starts(selection, selection.present))
+def _rivals(near: Near, own: Candidate, without: EffectSet, sets: Sequence[EffectSet]) -> tuple[Rival, ...]:
+    """What others bring in the place of an effect; one that surely does more is not as good, it is better.
+
+    Args:
+        near: the hypothesis.
+        own: the effect.
+        without: the hypothesis without it.
+        sets: with others in its place.
+    """
+    library, rivals = near.selection.problems.problem.library, []
     same = (*own.alike, *always_alike(own.name, library.equations))
     for scored in sets:
         key = library.key(scored.candidate.name)

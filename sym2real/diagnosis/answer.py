@@ -127,9 +127,9 @@ class Diagnosis:
             for_prediction: with the values that predict best, where the refit found better ones, in place of those that
                 are most likely.
         """
-        findings = self.findings
-        if for_prediction and self.prediction is not None and self.predicts_better:
-            findings = self.prediction.of(findings)
+        refit, findings = self.prediction, self.findings
+        if for_prediction and refit is not None and refit.kept:
+            findings = refit.of(findings)
         sure = [finding for finding in findings if not finding.doubtful]
         return with_sensors_of(applied(equations, sure), self.faults)
 

@@ -26,7 +26,7 @@ import torch
 from torch import Tensor
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.data.segments import Segments, compared_components, compared_fields
+from sym2real.diagnosis.data.segments import Segments, compared_fields, comparing
 from sym2real.diagnosis.data.windows import JUDGED_AT, channel_name, judged
 from sym2real.diagnosis.errors.rungs import Stage, horizons_for, ladder, windows_of
 from sym2real.diagnosis.estimate.fit import REFIT_STEPS, Problems
@@ -45,6 +45,7 @@ from sym2real.diagnosis.search.needed import (
 )
 from sym2real.diagnosis.search.select import parameter_set
 from sym2real.diagnosis.settings import SETTINGS
+from sym2real.trajectory import Array
 
 ROUNDS, MOST_WINDOWS, MOST_STARTS = 3, 1500, 3
 
@@ -65,13 +66,17 @@ class PredictionRefit:
     after: Stage
 
     @property
-    def change(self) -> tuple[float, float]:
-        """Factor by which errors at the horizon change, judged channels as a product, and its upper 97.5 % end."""
-        before, after = (stage.horizons[self.horizon] for stage in (self.before, self.after))
-        pairs = [(after[name], before[name]) for name in judged(before)]
-        ratio = np.mean([np.log(max(now.value, 1e-12) / max(was.value, 1e-12)) for now, was in pairs])
-        drawn = np.mean([np.log((now.resampled + 1e-12) / (was.resampled + 1e-12)) for now, was in pairs], axis=0)
-        return float(np.exp(ratio)), float(np.exp(np.quantile(drawn, 0.975)))
+    def change(self) -> tuple[float, float, float]:
+        """Factor by which errors at the horizon change, judged channels as a product, and its 95 % interval."""
+        ratio, *drawn = self._size(self.after) - self._size(self.before)
+        low, high = np.quantile(drawn, (0.025, 0.975))
+        return float(np.exp(ratio)), float(np.exp(low)), float(np.exp(high))
+
+    def _size(self, stage: Stage) -> Array:
+        """Logarithm of the errors' product, as they are and as resampled ``# (1 + draws,)``."""
+        errors = stage.horizons[self.horizon]
+        rows = [[errors[name].value, *errors[name].resampled] for name in judged(errors)]
+        return np.asarray(np.log(np.maximum(rows, 1e-12)).mean(axis=0))
 
     @property
     def kept(self) -> bool:
@@ -79,8 +84,8 @@ class PredictionRefit:
 
         The interval of a single block has no width, and says nothing.
         """
-        changed, end = self.change
-        return changed < end < 1.0 and self.after.foretells and no_worse(self.after, self.before)
+        _, low, high = self.change
+        return low < high < 1.0 and self.after.foretells and no_worse(self.after, self.before)
 
     def of(self, findings: tuple[Finding, ...]) -> tuple[Finding, ...]:
         """The findings with these values; their intervals are those of the others, and do not hold."""
@@ -134,10 +139,9 @@ def _fitted(problem: Problem, starts: Sequence[Hypothesis]) -> tuple[Problems, F
 
 def _judged_windows(data: Dataset, steps: int) -> Segments:
     """Windows of which the channels are compared that predictions are judged by."""
-    fields, windows = {channel_name(field): field.name for field in data.layouts.state.fields}, windows_of(data, steps)
-    compared, channel = compared_components(data.layouts.state, [fields[name] for name in judged(fields)])
+    windows, fields = windows_of(data, steps), {channel_name(one): one.name for one in data.layouts.state.fields}
     assert windows is not None
-    return replace(windows, compared=compared, channel=channel).some(MOST_WINDOWS)
+    return comparing(windows, [fields[name] for name in judged(fields)]).some(MOST_WINDOWS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,11 +149,11 @@ class Scale:
     """In what units errors of windows count.
 
     Args:
-        rows: of a window's rows and components, one over squares ``# (R,)``.
+        row: of a row's components, one over squares ``# (C,)``.
         window: of every window's log, the sum of norms when nothing changes, at least a tenth of the mean ``# (S,)``.
     """
 
-    rows: Tensor
+    row: Tensor
     window: Tensor
 
     @classmethod
@@ -162,10 +166,9 @@ class Scale:
         channel, log = torch.tensor(windows.channel), torch.as_tensor(windows.log)
         squares = change.square().mean((0, 1))
         of_channel = torch.stack([squares[channel == own].sum() for own in channel]).clamp_min(1e-300)
-        rows = (1.0 / of_channel).repeat(windows.length) / windows.length
-        norms = (change.flatten(1).square() @ rows).sqrt()
-        whole = torch.bincount(log, norms)[log]
-        return cls(rows, whole.clamp_min(SETTINGS.worth_saying * float(whole.mean())))
+        row = 1.0 / (of_channel * windows.length)
+        whole = torch.bincount(log, (change.square() @ row).sum(1).sqrt())[log]
+        return cls(row, whole.clamp_min(SETTINGS.worth_saying * float(whole.mean())))
 
     def mean(self, residuals: Tensor) -> float:
         """Sum over logs of the mean norm of residuals ``# (S, R)`` over that when nothing changes."""
@@ -176,7 +179,8 @@ class Scale:
         norms = self._norms(residuals)
         norms = norms.clamp_min(SETTINGS.worth_saying * float(norms.mean()))
         trust, lost = 1.0 / (norms * self.window), residuals[..., None][..., :0]
-        return Whitening(self.rows.rsqrt(), {}, self.rows, lost, 1, trust)
+        return Whitening(self.row.rsqrt(), {}, self.row.repeat(residuals.shape[1] // len(self.row)), lost, 1, trust)
 
     def _norms(self, residuals: Tensor) -> Tensor:
-        return (residuals.square() @ self.rows).sqrt()
+        squares = residuals.square().unflatten(1, (-1, len(self.row)))
+        return torch.einsum("snc,c->s", squares, self.row).sqrt()

@@ -65,8 +65,8 @@ class Near:
         """Every effect of the set left out, and every rival that is worth a fit put in its place."""
         beside = selection.larger(selection.present)
         joined = {larger.candidate.name: larger.price for larger in beside}
-        places = tuple(_place(selection, candidate, joined) for candidate in selection.chosen)
-        return cls(selection, places, by_own_starts(selection, selection.present))
+        present = by_own_starts(selection, selection.present)
+        return cls(selection, tuple(_place(selection, one, joined, present) for one in selection.chosen), present)
 
     def probabilities(self) -> dict[str, float]:
         """By effect, the chosen set's weight among those with it, without it, or with another in its place."""
@@ -93,8 +93,8 @@ class Near:
         return torch.stack([self.present.held_out, place.empty.held_out, *(rival.held_out for rival in place.rivals)])
 
 
-def _place(selection: Selection, candidate: Candidate, joined: Mapping[str, float]) -> Place:
-    """The place of a chosen effect; of others, by their names, what the set costs with them (``joined``)."""
+def _place(selection: Selection, candidate: Candidate, joined: Mapping[str, float], present: EffectSet) -> Place:
+    """The place of an effect of the present set; of others, by their names, what that costs with them (``joined``)."""
     rest = selection.set_of(*selection.without(candidate))
     others = [
         other
@@ -103,7 +103,7 @@ def _place(selection: Selection, candidate: Candidate, joined: Mapping[str, floa
     ]
     inside = [other for other in others if not selection.at_bound(other.fit, other.candidate)]
     ends = [by_own_starts(selection, other) for other in others if other not in inside]
-    outdone = any(selection.surely_cheaper(other, by_own_starts(selection, selection.present)) for other in ends)
+    outdone = any(selection.surely_cheaper(other, present) for other in ends)
     return Place(candidate, by_own_starts(selection, rest), by_price(selection, inside), outdone)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeAlias
 
@@ -142,6 +142,19 @@ class Dataset:
     def rows(self) -> int:
         """Number of rows of all trajectories."""
         return sum(len(trajectory) for trajectory in self.trajectories)
+
+    def told_apart(self) -> Dataset:
+        """The logs with a name each, by which others are found for them; as they are where they have that.
+
+        Logs without a name are named by their number; of logs with one name the later ones have theirs behind it.
+        """
+        names = list[str]()
+        for number, log in enumerate(self, 1):
+            name = log.name or f"log {number}"
+            names.append(name if name not in names else f"{name} ({number})")
+        if names == [log.name for log in self]:
+            return self
+        return Dataset(replace(log, name=name) for log, name in zip(self, names, strict=True))
 
     def transitions(self) -> Transitions:
         """Every consecutive pair of rows, never across two trajectories."""

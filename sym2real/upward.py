@@ -9,7 +9,8 @@ from importlib import import_module
 from typing import Any
 
 _OF = {
-    "sym2real.diagnosis.errors.simulating": ("predict", "simulate", "score"),
+    "sym2real.diagnosis.data.simulating": ("simulate",),
+    "sym2real.diagnosis.errors.simulating": ("predict", "score"),
     "sym2real.logs.frames": ("log_of_frame", "frame_of_log"),
     "sym2real.report.html.pages": ("write_diagnosis_page",),
     "sym2real.report.notebook": (

@@ -40,6 +40,10 @@ def flights_with_all(hidden: Mapping[str, Mapping[str, float]], count: int = 4, 
     return Dataset(_flown(chosen, index, steps) for index in range(count))
 
 
+def flown(key: str, values: dict[str, float], index: int, steps: int) -> Trajectory:
+    return _flown(((key, tuple(values.items())),), index, steps)
+
+
 @cache
 def _flown(hidden: tuple[tuple[str, tuple[tuple[str, float], ...]], ...], index: int, steps: int) -> Trajectory:
     """One flight; whoever asks for it again gets the same one, which nobody changes."""
@@ -51,14 +55,14 @@ def _flown(hidden: tuple[tuple[str, tuple[tuple[str, float], ...]], ...], index:
     dither = ColouredNoise(np.array([0.005, 0.15, 0.15, 0.15]), 0.05, robot.dt, rng)
     push = ColouredNoise(np.array([1.5e-3, 1.5e-3, 1e-3, 1e-6, 1e-6, 1e-6]), 0.2, robot.dt, rng)
     wrench = np.array([push.next() for _ in range(steps)])
-    flown = run_episode(
+    episode = run_episode(
         MujocoPlant(robot, changes), Disturbed(tracking, dither.next, robot.low, robot.high), task,
         steps=steps, wrench=wrench, name=f"{name} {index}", seed=index,
     )  # fmt: skip
-    return _measured(flown, rng)
+    return measured(episode, rng)
 
 
-def _measured(flown: Trajectory, rng: np.random.Generator) -> Trajectory:
+def measured(flown: Trajectory, rng: np.random.Generator) -> Trajectory:
     layout = flown.layouts.state
     deviation = np.concatenate([np.full(f.tangent_size, NOISE.get(f.name, 0.0)) for f in layout.fields])
     tangent = torch.as_tensor(deviation * rng.standard_normal((len(flown), layout.tangent_size)))

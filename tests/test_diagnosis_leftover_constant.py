@@ -6,7 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from noisy_flights import flights_with
+from noisy_flights import flights_with, flown
 from standard_set import Case, simulate_case
 
 from sym2real.dataset import Dataset
@@ -49,6 +49,19 @@ def test_the_constant_is_proposed_as_a_term() -> None:
     assert proposal.channel == "fx"
     assert float(proposal.expression) == pytest.approx(WIND["fx"], rel=0.1)
     assert proposal.gain > 0.0
+
+
+def test_wind_of_every_flights_own_is_left_over_and_no_small_disturbance() -> None:
+    winds = [(0.03, 0.0), (0.0, 0.03), (-0.02, 0.02), (0.01, -0.03), (-0.03, 0.0), (0.01, 0.01)]
+    logs = [flown("wind", {"fx": fx, "fy": fy}, number, 220) for number, (fx, fy) in enumerate(winds)]
+    for given in (logs, logs[::-1]):
+        found = diagnose(CRAZYFLIE.nominal(), Dataset(given), exclude=OUT[1:])
+        assert found.verdict == "UNEXPLAINED"
+        assert {left.channel: left.explained_by for left in found.leftovers} == {"fx": "log", "fy": "log"}
+        assert found.leftovers[0].r2 > 0.9
+        along_x = next(left.term for left in found.leftovers if left.channel == "fx")
+        assert logs[0].name in along_x
+        assert logs[4].name in along_x
 
 
 def test_trim_that_differs_from_run_to_run_is_no_constant() -> None:

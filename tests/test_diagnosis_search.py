@@ -16,10 +16,10 @@ from sym2real.diagnosis.search.intervals import none_within
 from sym2real.diagnosis.search.near import Near
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.search.settled import refuted
-from sym2real.diagnosis.stages import Stages
 from sym2real.effects import effect
 from sym2real.plants import MujocoPlant
 from sym2real.robots import MUSHR
+from sym2real.stages import Stages
 
 
 @pytest.mark.parametrize("size", [1, 2])

@@ -5,11 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import torch
-from noisy_flights import LEFT_OUT, flights_with
+from noisy_flights import LEFT_OUT, flights_with, measured
 from standard_set import Case, simulate_case
+from torch import Tensor
 
+from sym2real.control import Disturbed, GeometricQuadrotor
 from sym2real.dataset import Dataset
-from sym2real.diagnosis import diagnose
+from sym2real.diagnosis import diagnose, plan
 from sym2real.diagnosis.estimate import swing
 from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.swing import Swing, find_swing
@@ -18,8 +20,11 @@ from sym2real.diagnosis.predict.candidate import candidates, library_for
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects import effect
+from sym2real.experiments.excitation import ColouredNoise
 from sym2real.experiments.models import cached_base
+from sym2real.plants import MujocoPlant, run_episode
 from sym2real.robots import CRAZYFLIE, ROBOTS
+from sym2real.trajectory import Trajectory
 
 OTHERS = (*LEFT_OUT, "rate_loop_gain", "mounting_tilt")
 FORCE = {"fx": 0.012, "fy": 0.006, "omega": 7.0}
@@ -79,6 +84,53 @@ def test_a_swing_that_moves_a_car_more_than_all_else_is_no_disturbance() -> None
     assert first.effect == "periodic_force"
     assert first.values["omega"] == pytest.approx(size["omega"], rel=0.005)
     assert np.hypot(first.values["fx"], first.values["fy"]) == pytest.approx(np.hypot(size["fx"], size["fy"]), rel=0.1)
+
+
+@pytest.mark.parametrize("force", [0.0, 0.008], ids=["healthy", "a force that swings"])
+def test_a_path_that_moves_at_the_frequency_of_a_force_hides_none_and_makes_none(force: float) -> None:
+    """Hops from place to place have all frequencies, and more of these than such a force could make."""
+    found = found_in(Dataset(hops(seed, force) for seed in range(4)))
+    assert (found is not None) == (force > 0.0)
+    if found is not None:
+        assert found.omega == pytest.approx(4.3, rel=0.02)
+
+
+def hops(seed: int, force: float) -> Trajectory:
+    """A noisy flight from place to place, 1.6 s each, in a force of this many N that swings at 4.3 rad/s."""
+    robot, rng = CRAZYFLIE, np.random.default_rng([11, seed])
+    places = torch.as_tensor(rng.uniform([-0.7, -0.7, 0.6], [0.7, 0.7, 1.0], (6, 3)))
+
+    def reference(time: Tensor) -> Tensor:
+        hop = (time / 1.6).clamp(0.0, 4.999)
+        part, (start, end) = (hop % 1.0)[..., None], (places[hop.long() + more] for more in (0, 1))
+        state = torch.as_tensor(robot.start).repeat(*time.shape, 1)
+        state[..., :3] = start + (end - start) * part**3 * (10 - 15 * part + 6 * part**2)
+        state[..., 7:10] = (end - start) * 30 * (part * (1 - part)) ** 2 / 1.6
+        return state
+
+    changes = [effect("periodic_force", robot).inject(fx=force, fy=0.5 * force, omega=4.3)] if force else []
+    tracking = GeometricQuadrotor(robot.mass, robot.low, robot.high, robot.dt, reference)
+    dither = ColouredNoise(np.array([0.005, 0.15, 0.15, 0.15]), 0.05, robot.dt, rng)
+    disturbed = Disturbed(tracking, dither.next, robot.low, robot.high)
+    first = reference(torch.zeros((), dtype=torch.float64)).numpy()
+    return measured(
+        run_episode(MujocoPlant(robot, changes), disturbed, start=first, steps=400, name=f"hops {seed}"), rng
+    )
+
+
+def test_a_swing_is_found_from_about_the_size_on_that_a_plan_announces() -> None:
+    """The plan sees healthy flights alone; the force that swings is MuJoCo's."""
+    announced = plan(CRAZYFLIE.nominal(), flights_with("", {}, steps=400), exclude=OTHERS).visible
+    (smallest,) = (
+        row.smallest for row in announced if (row.effect, row.parameter) == ("periodic_force", "fy") and row.smallest
+    )
+    large, small = (
+        found_in(flights_with("periodic_force", {"fx": 0.0, "fy": times * smallest, "omega": 11.0}, steps=400))
+        for times in (2.0, 0.25)
+    )
+    assert small is None
+    assert large is not None
+    assert large.omega == pytest.approx(11.0, rel=0.02)
 
 
 def test_frequencies_are_tried_alike_however_many_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:

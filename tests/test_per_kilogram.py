@@ -10,10 +10,10 @@ from sym2real.cli import main
 from sym2real.data import example_flight
 from sym2real.diagnosis.faults.sanity import Question
 from sym2real.diagnosis.pipeline import prepare
-from sym2real.diagnosis.stages import Stages
 from sym2real.effects import applicable, effect
 from sym2real.logs import read_log
 from sym2real.robots import quadrotor
+from sym2real.stages import Stages
 from sym2real.symbolic import load_model
 from sym2real.symbolic.mass_normalised import PER_KILOGRAM
 

@@ -34,6 +34,7 @@ FLOORS: dict[str, int] = {
             "generator",
             "toml_tables",
             "json_objects",
+            "stages",
         ),
         0,
     ),
@@ -47,7 +48,7 @@ FLOORS: dict[str, int] = {
 DIAGNOSIS_FLOORS = {
     name: floor
     for floor, name in enumerate(
-        ("settings", "stages", "data", "faults", "predict", "estimate", "errors", "search", "score",
+        ("settings", "data", "faults", "predict", "estimate", "errors", "search", "score",
          "unexplained", "design", "conclusion", "answer", "pipeline", "adding")
     )
 }  # fmt: skip

@@ -34,11 +34,11 @@ from sym2real.diagnosis.search.near import Near, as_good, by_own_starts, by_pric
 from sym2real.diagnosis.search.needed import Predicted, keep_needed
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.settings import SETTINGS
-from sym2real.diagnosis.stages import OnProgress, Stages
 from sym2real.effects import Effect, compose, effect
 from sym2real.effects.catalogue import always_alike
 from sym2real.errors import ModelError
 from sym2real.plants import MujocoPlant
+from sym2real.stages import OnProgress, Stages
 from sym2real.symbolic import Equations
 from sym2real.threads import one_thread
 

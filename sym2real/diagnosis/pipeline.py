@@ -16,10 +16,10 @@ from sym2real.diagnosis.faults.sanity import Question, check_data
 from sym2real.diagnosis.score.finding import score
 from sym2real.diagnosis.score.prediction_refit import refit_for_prediction
 from sym2real.diagnosis.search.beam import search
-from sym2real.diagnosis.stages import OnProgress, Stages
 from sym2real.diagnosis.unexplained.explaining import explain_rest
 from sym2real.logs.conditions import Region
 from sym2real.plants import MujocoPlant
+from sym2real.stages import OnProgress, Stages
 from sym2real.symbolic import Equations
 from sym2real.threads import one_thread
 

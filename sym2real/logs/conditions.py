@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
+import torch
 from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
 
 from sym2real import rotation
 from sym2real.layout import Layout
@@ -14,6 +16,7 @@ from sym2real.trajectory import Array, Trajectory
 from sym2real.vocabulary import (
     ATTITUDE,
     BATTERY,
+    HEADING,
     HEIGHT,
     RATE,
     SPEED_COLUMN,
@@ -81,6 +84,45 @@ def features(trajectory: Trajectory) -> dict[str, Array]:
         found["distance from the reference"] = apart
     found["time"] = trajectory.time - trajectory.time[0]
     return found
+
+
+def signed_features(trajectory: Trajectory) -> dict[str, Array]:
+    """What a disturbance may depend on, by name ``# (rows,)`` each; what a derivative is in is smoothed."""
+    layout = trajectory.layouts.state
+    found: dict[str, Array] = {"time": trajectory.time - trajectory.time[0]}
+    if HEIGHT in layout:
+        found["height"] = trajectory.column(HEIGHT)
+    along = [_smooth(trajectory.column(c)) for c in VELOCITY.columns if c in layout]
+    velocity = np.stack(along, axis=1) if along else np.zeros((len(trajectory), 0))
+    if along:
+        found[HOW_FAST] = np.linalg.norm(velocity, axis=1)
+        found |= {f"velocity {axis}": column for axis, column in zip("xyz", velocity.T, strict=False)}
+    found |= {c: _smooth(trajectory.column(c)) for joint in layout.joints for c in (joint, layout.rates[joint])}
+    if along and layout.has_field("heading"):
+        sine, cosine = (trajectory.column(name) for name in HEADING.columns)
+        found["forward speed"] = velocity[:, 0] * cosine + velocity[:, 1] * sine
+    if len(along) == 3 and layout.has_field("attitude"):
+        attitude = torch.as_tensor(trajectory.state[:, layout.slice("attitude")])
+        body = rotation.rotate(rotation.conjugate(attitude), torch.as_tensor(velocity)).numpy()
+        found |= {f"body velocity {axis}": column for axis, column in zip("xyz", body.T, strict=True)}
+        found["tilt"] = rotation.tilt(attitude).numpy()
+        upright = torch.tensor([0.0, 0.0, 1.0], dtype=attitude.dtype)
+        lean = rotation.rotate(attitude, upright.expand(len(attitude), 3)).numpy()
+        found |= {f"lean {axis}": column for axis, column in zip("xy", lean.T, strict=False)}
+    found |= {name: trajectory.column(name) for name in (*RATE.columns, *BATTERY.columns) if name in _names(trajectory)}
+    for name in trajectory.layouts.action:
+        command = trajectory.column(name)
+        found[name] = command
+        found[f"change of {name}"] = np.gradient(_smooth(command))
+    return found
+
+
+def _names(trajectory: Trajectory) -> set[str]:
+    return {*trajectory.layouts.state, *trajectory.layouts.inputs, *trajectory.extra}
+
+
+def _smooth(column: Array) -> Array:
+    return np.asarray(uniform_filter1d(column, 5, mode="nearest"))
 
 
 def _off_reference(trajectory: Trajectory, layout: Layout) -> Array | None:

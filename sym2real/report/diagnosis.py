@@ -8,7 +8,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from sym2real.diagnosis import Diagnosis, Fall, Fault, Finding, Gate, Term, Tried, Where
-from sym2real.diagnosis.unexplained.leftover import MISFIT, Leftover
+from sym2real.diagnosis.unexplained.leftover import Leftover
 from sym2real.report.ladder import ladder_table
 from sym2real.report.not_tried import not_tried_names
 from sym2real.report.tables import number, table_of
@@ -68,7 +68,7 @@ def leftover_lines(leftovers: Sequence[Leftover]) -> list[str]:
     """What no effect explains, a line each."""
     lines = []
     for left in leftovers:
-        seen_by = "" if left.explained_by == MISFIT else " on unseen logs"
+        seen_by = " on unseen logs" if left.measure.startswith("R²") else ""
         statement = f"{left.statement} ({left.measure}{seen_by}): {left.term}"
         lines.append(f"[red]left over[/] {escape(statement)}")
     return lines

@@ -1,9 +1,8 @@
 """Whether one number wins over several that together do the same: a weak rotor, a force that swings, a slope, grip.
 
 Every effect is twice as large as ``plan`` says is found, and matters, in the standard set's runs with every base that
-can be given it (a bicycle without mass has no force); a force that swings needs √2 of a steady one. Bases are those of
-an analyst with commands of thrust and body rates, or of steering and speed; what a diagnosis of the healthy robot's
-runs finds is added to first principles.
+can be given it (a bicycle without mass has no force). Bases are those of an analyst with commands of thrust and body
+rates, or of steering and speed; what a diagnosis of the healthy robot's runs finds is added to first principles.
 
     python tools/bench/fewer_numbers.py --cases 1
     python tools/bench/fewer_numbers.py --cases 20 --sealed --json build/fewer_numbers.json
@@ -35,7 +34,7 @@ KINDS: tuple[Kind, ...] = ("simulator", "logs", "first principles")
 # What plan speaks of → parameter, and the part of the effect's own size that this is.
 SEEN = {
     "rotor_loss": ("rotor_loss 1", "value"),
-    "periodic_force": ("wind", "fx"),
+    "periodic_force": ("periodic_force", "fx"),
     "slope": ("wind", "fx"),
     "tyre_friction": ("tyre_friction", "value"),
 }
@@ -68,7 +67,7 @@ def large(key: str, sizes: Sequence[float], mass: float) -> float:
     """Twice the least that every base which has it announces: N, m/s², a part of the thrust, a friction coefficient."""
     if key == "tyre_friction":
         return max(1.0 - LARGER * (1.0 - min(sizes)), LEAST_GRIP)
-    return {"periodic_force": LARGER * 2**0.5, "slope": LARGER / mass, "rotor_loss": LARGER}[key] * max(sizes)
+    return LARGER * max(sizes) / (mass if key == "slope" else 1.0)
 
 
 def drawn(key: str, size: float, seed: int) -> dict[str, float]:

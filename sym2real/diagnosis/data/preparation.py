@@ -52,20 +52,6 @@ def long_enough(data: Logs, model: Equations | DynamicsModel | None = None) -> D
     return Dataset(kept)
 
 
-def told_apart(data: Dataset) -> Dataset:
-    """The logs with a name each, by which others are found for them; as they are where they have that.
-
-    Logs without a name are named by their number, and of logs with one name the later ones have their number behind it.
-    """
-    names = list[str]()
-    for number, log in enumerate(data, 1):
-        name = log.name or f"log {number}"
-        names.append(name if name not in names else f"{name} ({number})")
-    if names == [log.name for log in data]:
-        return data
-    return Dataset(replace(log, name=name) for log, name in zip(data, names, strict=True))
-
-
 def rows_of(logs: list[Trajectory]) -> str:
     """Every log with its number of rows, for a sentence."""
     return ", ".join(f"{len(log)} row{'s' if len(log) != 1 else ''} in {log.name or 'a log'}" for log in logs)

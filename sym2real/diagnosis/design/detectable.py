@@ -30,6 +30,7 @@ from sym2real.diagnosis.errors.floor import SensorNoise
 from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.quadratic import Hypothesis, solve
 from sym2real.diagnosis.estimate.significance import least_gain, sizes_beyond_chance
+from sym2real.diagnosis.estimate.swing import smallest_swings
 from sym2real.diagnosis.estimate.weighing import units_said, whiten
 from sym2real.diagnosis.estimate.whitening import Spread, Whitening
 from sym2real.diagnosis.predict.candidate import Candidate, candidates, library_for
@@ -76,7 +77,8 @@ def plan(equations: Equations, data: Logs, noise: AssumedNoise | None = None, ex
     visible = _smooth(smooth, problems, predictions, needed, chance)
     thresholds = [candidate for candidate in tried if candidate.needs_start]
     visible += [_threshold_row(candidate, problems, predictions, needed) for candidate in thresholds]
-    order = [candidate.name for candidate in tried]
+    visible += _swinging(problems, predictions, len(tried))
+    order = list(library.effects)
     return Plan(
         visible=tuple(sorted(visible, key=lambda row: order.index(row.effect))),
         seconds=sum(len(trajectory) for trajectory in dataset) * dataset.dt,
@@ -174,6 +176,21 @@ def _smooth_rows(candidate: Candidate, library: Library, seen: Tensor, mattering
         smallest, matters = (slot.scale * size if slot.scale * size < largest else None for size in sizes)
         shown_by = library.effects[of].shown_by
         rows.append(Visible(candidate.name, slot.name, slot.unit, smallest, matters, (), always, shown_by))
+    return rows
+
+
+def _swinging(problems: Problems, predictions: Predictions | None, tried: int) -> list[Visible]:
+    """Rows of a force that swings, which has to be found among all frequencies; one of them stands for those."""
+    library, rows = problems.problem.library, list[Visible]()
+    swing, smallest = smallest_swings(problems, SETTINGS.false_alarms_of_each(tried))
+    swung = problems.problem.data if swing is None else swing.in_data(problems.problem.data)
+    for candidate in (one for one in candidates(library, swung) if library.effects[one.name].searching.swings):
+        sizes = torch.tensor([smallest[library.slots[slot].parameter.name] for slot in candidate.free])
+        mattering = torch.full_like(sizes, inf)
+        if predictions is not None:
+            windows = Problem(library, swung, predictions.problem.segments)
+            mattering = replace(predictions, problem=windows).of_parameters(candidate.free)
+        rows += _smooth_rows(candidate, library, sizes / library.scale[candidate.slots], mattering)
     return rows
 
 

@@ -10,15 +10,18 @@ a Lomb–Scargle periodogram in the metric of the fit (N. Lomb, Astrophys. Space
 M. Zechmeister, M. Kürster, A&A 496 (2009) 577–584). The highest peak counts if the sine that three quarters of a log
 give lowers the loss of the last quarter's blocks beyond chance, for all the frequencies that were looked at.
 
-What the robot itself does periodically looks periodic in everything that a model misses. So a frequency is passed over
-where the paths (of half the logs, because a swing is in all of them) swing by far more than such a force could move a
-free body, ω² |x| m > 3 |F|.
+What the robot itself does periodically looks periodic in everything that a model misses: at one frequency that is a
+matrix times the position x and the velocity ẋ. So where the paths (of half the logs, because a swing is in all of them)
+swing by far more than such a force could move a free body, ω² |x| m > 3 |F|, these stand beside the constant and the
+trend, and a swing must go another way.
 """
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import inf
 
 import numpy as np
 import torch
@@ -45,7 +48,9 @@ PERIODS, FASTEST = 3.0, 0.25
 OVERSAMPLED, FINE = 3, 10
 QUARTERS = 4
 # Frequencies that are held in memory at a time, each with a matrix per segment: all of a long flight take gigabytes.
-AT_A_TIME = 64
+AT_A_TIME = 16
+# Frequencies at which a plan has a force swing, and how many times larger than one of a known wave it is made.
+PLANNED, LARGER = 3, np.geomspace(1.0, 100.0, 28)
 
 
 @dataclass(frozen=True)
@@ -76,30 +81,48 @@ class _Rows:
 
     Args:
         time: middle of each piece since its log's start, s ``# (S, P)``.
+        motion: position and velocity there, in units of how much each varies ``# (S, P, 2·k)``.
         gradient, curvature: of half the whitened squares by the force on each piece ``# (S, D, P), (S, D, P, D, P)``.
         log: of every segment ``# (S,)``.
     """
 
     time: Tensor
+    motion: Tensor
     gradient: Tensor
     curvature: Tensor
     log: NDArray[np.int64]
 
-    def normal(self, omegas: Sequence[float]) -> tuple[Tensor, Tensor]:
-        """Gradient and curvature by sine, cosine, constant and trend of each force, at every frequency.
+    def of_noise(self, rng: np.random.Generator) -> _Rows:
+        """The same with noise alone: the covariance of a gradient is the curvature."""
+        values, vectors = torch.linalg.eigh(self.curvature.flatten(3).flatten(1, 2))  # (S, D·P)
+        drawn = torch.as_tensor(rng.standard_normal(values.shape)) * values.clamp_min(0.0).sqrt()
+        return replace(self, gradient=(vectors @ drawn[..., None]).reshape(self.gradient.shape))
 
-        ``# (F, S, 4·D), (F, S, 4·D, 4·D)``
+    def without_motion(self) -> _Rows:
+        """The same beside a constant and a trend alone."""
+        return replace(self, motion=self.motion[..., :0])
+
+    def pushed(self, place: int, push: Tensor) -> _Rows:
+        """With a force along one axis on every piece besides, N ``# (S, P)``."""
+        moved = torch.einsum("sdpq,sq->sdp", self.curvature[:, :, :, place], push)
+        return replace(self, gradient=self.gradient + moved)
+
+    def normal(self, omegas: Sequence[float]) -> tuple[Tensor, Tensor]:
+        """Gradient and curvature by sine, cosine, constant, trend and motion of each force, at every frequency.
+
+        ``# (F, S, K·D), (F, S, K·D, K·D)``
         """
         angle = torch.tensor(omegas, dtype=torch.float64)[:, None, None] * self.time
         scaled = (self.time / self.time.max()).expand_as(angle)
-        shapes = torch.stack([angle.sin(), angle.cos(), torch.ones_like(angle), scaled], dim=-1)  # (F, S, P, 4)
+        waves = torch.stack([angle.sin(), angle.cos(), torch.ones_like(angle), scaled], dim=-1)
+        shapes = torch.cat([waves, self.motion.expand(len(angle), -1, -1, -1)], dim=-1)  # (F, S, P, K)
         gradient = torch.einsum("sdp,fspk->fskd", self.gradient, shapes).flatten(2)
         half = torch.einsum("sdpeq,fsql->fsdpel", self.curvature, shapes)
         curvature = torch.einsum("fspk,fsdpel->fskdle", shapes, half)
         return gradient, curvature.reshape(*gradient.shape, gradient.shape[-1])
 
     def by_log(self, omegas: Sequence[float]) -> tuple[Tensor, Tensor]:
-        """The same, added up over the segments of each log that has any ``# (F, L, 4·D), (F, L, 4·D, 4·D)``."""
+        """The same, added up over the segments of each log that has any ``# (F, L, K·D), (F, L, K·D, K·D)``."""
         place = np.unique(self.log, return_inverse=True)[1]
         gradient, curvature = (summed(part.transpose(0, 1), place).transpose(0, 1) for part in self.normal(omegas))
         return gradient, curvature
@@ -113,23 +136,62 @@ def find_swing(problems: Problems, values: Tensor, chance: float) -> Swing | Non
         values: parameter set of a fit that leaves little ``# (P,)``.
         chance: of a false alarm, shared among the frequencies.
     """
-    problem = problems.problem
-    names = [name for name in FORCES if uses(problem.library.equations, name)]
-    if not names or problems.block_count < SETTINGS.fewest_pieces:
+    problem, names = problems.problem, _forces(problems)
+    if not names:
         return None
-    rows, (grid, step) = _rows(problems, values, names), _frequencies(problem)
+    beside, (grid, step) = _rows(problems, values, names), _frequencies(problem)
+    rows = beside.without_motion()
     mass = problem.library.equations.numbers.get("mass", 1.0)
-    highest = (grid[place] for place in np.argsort(-_falls(rows, grid)))
-    apart = (omega for omega in highest if not _own_motion(problem.data, omega, mass, _size(rows, omega)))
-    omega = next(apart, None)
-    if omega is None:
+    own = np.array([_own_motion(problem.data, omega, mass, _size(rows, omega)) for omega in grid])
+    highest = np.where(own, _falls(beside, grid), _falls(rows, grid)).argmax()
+    rows = beside if own[highest] else rows
+    fine = grid[highest] + step * np.arange(-FINE, FINE + 1) / FINE
+    omega, deviation = _refined(rows, float(fine[_falls(rows, fine).argmax()]), step / FINE)
+    if _chance(rows, problems, omega) > _of_each(chance, grid):
         return None
-    fine = omega + step * np.arange(-FINE, FINE + 1) / FINE
-    omega = float(fine[_falls(rows, fine).argmax()])
-    looks = max(1, len(grid) // OVERSAMPLED)
-    if _chance(rows, problems, omega) > chance / looks:
-        return None
-    return Swing(omega, _deviation(rows, omega, step / FINE), _phases(rows, omega, len(problem.data)))
+    return Swing(omega, deviation, _phases(rows, omega, len(problem.data)))
+
+
+def smallest_swings(problems: Problems, chance: float) -> tuple[Swing | None, dict[str, float]]:
+    """A swing of a middle frequency, and the amplitude of each force, N, that :func:`find_swing` finds at most others.
+
+    Infinite where none is found, however large. Every log has a phase of its own, and noise of the covariance.
+
+    Args:
+        problems, chance: as of :func:`find_swing`.
+    """
+    problem, names = problems.problem, _forces(problems)
+    if not names:
+        return None, {}
+    rng, (grid, _) = np.random.default_rng(0), _frequencies(problem)
+    known = _rows(problems, problem.library.null, names).without_motion()
+    phases, limit = rng.uniform(-np.pi, np.pi, len(problem.data)), _of_each(chance, grid)
+    omegas = np.linspace(grid[0], grid[-1], PLANNED + 2)[1:-1]
+
+    def smallest(place: int, omega: float) -> float:
+        wave = torch.sin(omega * known.time + torch.as_tensor(phases[known.log])[:, None])
+        rows, own = known.of_noise(rng), known.curvature[:, place, :, place]
+        sizes = LARGER * float(torch.einsum("spq,sp,sq->", own, wave, wave)) ** -0.5
+
+        def found(size: float) -> bool:
+            return _chance(rows.pushed(place, size * wave), problems, omega) <= limit
+
+        at = bisect_left(sizes, True, key=found)
+        return float(sizes[at]) if at < len(sizes) else inf
+
+    found = {name: float(np.median([smallest(place, w) for w in omegas])) for place, name in enumerate(names)}
+    return Swing(float(np.median(omegas)), 0.0, tuple(phases.tolist())), found
+
+
+def _forces(problems: Problems) -> list[str]:
+    """Inputs that may swing; none in logs too short to tell, or to hold a frequency."""
+    enough = problems.block_count >= SETTINGS.fewest_pieces and len(_frequencies(problems.problem)[0]) > 0
+    return [name for name in FORCES if enough and uses(problems.problem.library.equations, name)]
+
+
+def _of_each(chance: float, grid: Array) -> float:
+    """The share of a chance that a frequency has."""
+    return chance / max(1, len(grid) // OVERSAMPLED)
 
 
 def _rows(problems: Problems, values: Tensor, names: list[str]) -> _Rows:
@@ -147,10 +209,25 @@ def _rows(problems: Problems, values: Tensor, names: list[str]) -> _Rows:
     shape = (count, len(names), PIECES)
     return _Rows(
         torch.as_tensor(middle),
+        _motion(problem, edges),
         products[:, 0, 1:].reshape(shape),
         products[:, 1:, 1:].reshape(*shape, *shape[1:]),
         segments.log,
     )
+
+
+def _motion(problem: Problem, edges: NDArray[np.int64]) -> Tensor:
+    """Position and velocity in the middle of every piece, each about none and of size one ``# (S, P, 2·k)``."""
+    segments, data = problem.segments, problem.data
+    places = [name for name in POSITION.columns if name in data.layouts.state]
+    paths = [np.stack([log.column(name) for name in places], axis=1) for log in data] if places else []
+    path = torch.as_tensor(np.concatenate(paths)) if places else torch.zeros(data.rows, 0, dtype=torch.float64)
+    first = np.cumsum([0, *(len(log) for log in data)])[segments.log]
+    at = path[torch.as_tensor((first + segments.row)[:, None] + edges)]  # (S, P + 1, k)
+    motion = torch.cat([at[:, 1:] + at[:, :-1], at[:, 1:] - at[:, :-1]], dim=-1)
+    motion = motion - motion.mean((0, 1))
+    scaled: Tensor = motion / motion.square().mean((0, 1)).sqrt().clamp_min(1e-12)
+    return scaled
 
 
 def _frequencies(problem: Problem) -> tuple[Array, float]:
@@ -170,8 +247,8 @@ def _falls(rows: _Rows, omegas: Array) -> Array:
 
 def _falls_of_some(rows: _Rows, omegas: Sequence[float]) -> Array:
     gradient, curvature = rows.by_log(omegas)
-    half = gradient.shape[-1] // 2
-    rest, inner = gradient[..., half:], curvature[..., half:, half:]
+    waves = 2 * rows.gradient.shape[1]
+    rest, inner = gradient[..., waves:], curvature[..., waves:, waves:]
     falls = (gradient * solve(curvature, gradient)).sum((1, 2)) - (rest * solve(inner, rest)).sum((1, 2))
     return falls.numpy()
 
@@ -180,7 +257,7 @@ def _waves(rows: _Rows, omega: float) -> Tensor:
     """Sine's and cosine's coefficients of every log in N ``# (logs, 2, D)``."""
     gradient, curvature = rows.by_log([omega])
     waves = -solve(curvature, gradient)[0]
-    return waves.reshape(len(waves), 4, -1)[:, :2]
+    return waves.reshape(len(waves), -1, rows.gradient.shape[1])[:, :2]
 
 
 def _size(rows: _Rows, omega: float) -> float:
@@ -215,7 +292,7 @@ def _own_motion(data: Dataset, omega: float, mass: float, force: float) -> bool:
 def _chance(rows: _Rows, problems: Problems, omega: float) -> float:
     """Probability that quarters of logs tell each other so much by chance: signed ranks of gains of blocks."""
     gradient, curvature = (row[0] for row in rows.normal([omega]))
-    half, gains = gradient.shape[1] // 2, torch.zeros(len(gradient), dtype=torch.float64)
+    waves, gains = 2 * rows.gradient.shape[1], torch.zeros(len(gradient), dtype=torch.float64)
     for log in np.unique(rows.log):
         mine = np.flatnonzero(rows.log == log)
         for part in np.array_split(mine, QUARTERS):
@@ -223,7 +300,7 @@ def _chance(rows: _Rows, problems: Problems, omega: float) -> float:
             if not len(part) or not len(rest):
                 continue
             g, h = gradient[rest].sum(0), curvature[rest].sum(0)
-            plain = torch.cat([torch.zeros(half, dtype=torch.float64), -solve(h[half:, half:], g[half:])])
+            plain = torch.cat([torch.zeros(waves, dtype=torch.float64), -solve(h[waves:, waves:], g[waves:])])
             own = gradient[part], curvature[part]
             gains[part] = _changes(*own, plain) - _changes(*own, -solve(h, g))
     by_block = summed(gains, problems.blocks)
@@ -237,8 +314,10 @@ def _changes(gradient: Tensor, curvature: Tensor, step: Tensor) -> Tensor:
     return 2 * gradient @ step + torch.einsum("a,sab,b->s", step, curvature, step)
 
 
-def _deviation(rows: _Rows, omega: float, step: float) -> float:
-    """Standard deviation of the frequency, from the curvature of the squares about their minimum."""
+def _refined(rows: _Rows, omega: float, step: float) -> tuple[float, float]:
+    """Where a parabola through the falls about a peak has its own, and the standard deviation of that."""
     below, here, above = _falls(rows, omega + step * np.array([-1.0, 0.0, 1.0])).tolist()
-    curvature = (2 * here - below - above) / step**2
-    return float((2.0 / curvature) ** 0.5) if curvature > 0 else step
+    curvature = 2 * here - below - above
+    if curvature <= 0:
+        return omega, step
+    return omega + step * (above - below) / (2 * curvature), step * (2.0 / curvature) ** 0.5

@@ -27,7 +27,7 @@ from sym2real.symbolic import Equations
 from sym2real.symbolic.mass_normalised import PER_KILOGRAM
 
 PROMISING = 0.05  # chance below which a swing is worth another estimate of the disturbances
-NO_SWING = "nothing in these logs swings at a frequency that is not the path's"
+NO_SWING = "nothing in these logs swings beyond chance, beside what goes with the path"
 
 # Times that variances are estimated from over-fitted residuals, each over-fit weighed by the last estimate.
 ROUNDS = 3

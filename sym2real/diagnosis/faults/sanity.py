@@ -13,7 +13,7 @@ from torch import Tensor
 
 from sym2real.dataset import Dataset, Logs
 from sym2real.diagnosis.data.agreement import agreements
-from sym2real.diagnosis.data.preparation import long_enough, told_apart
+from sym2real.diagnosis.data.preparation import long_enough
 from sym2real.diagnosis.faults.fault import Breach, Fault, Settled
 from sym2real.diagnosis.faults.foreign_units import BY_SENSORS, foreign_commands
 from sym2real.diagnosis.faults.misread_attitudes import against_the_path, other_angles, scalar_last
@@ -89,7 +89,7 @@ def _checked(model: Equations | None, logs: tuple[Trajectory, ...]) -> Checked:
         *(partial(breached, look) for look in commands),
         clock,  # which sensors in other frames and units did not tell
         _behind_their_rates,
-        sensors_of,
+        partial(sensors_of, model),
         *(() if model is None else (partial(motors, model),)),
     )
     for settle in steps:
@@ -242,7 +242,7 @@ def check_data(question: Question) -> Examined:
     """
     parts = [long_enough(part, question.model) for part in (question.data, question.held_out) if part is not None]
     # Logs that go on from those of the search have their battery.
-    logs = list(told_apart(with_one_clock(Dataset(log for part in parts for log in part))))
+    logs = list(with_one_clock(Dataset(log for part in parts for log in part)).told_apart())
     halves = (logs[: len(parts[0])], logs[len(parts[0]) :])
     found = [check(question.model, Dataset(half)) for half in halves if half]
     checked, *aside = (replace(one, data=with_filtered_commands(question.model, one.data)) for one in found)

@@ -23,7 +23,7 @@ a shift is one only where the angle's changes miss more without it than the angl
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import sqrt
 
@@ -31,6 +31,7 @@ import numpy as np
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.agreement import RATES, turning
+from sym2real.diagnosis.data.simulating import simulate
 from sym2real.diagnosis.data.start import ROWS, noise_level
 from sym2real.diagnosis.faults.fault import Fault, Settled
 from sym2real.diagnosis.settings import SETTINGS
@@ -40,10 +41,11 @@ from sym2real.layout import Layout
 from sym2real.logs.equal_steps import resampled
 from sym2real.logs.sources import AsRead
 from sym2real.logs.wheel_speed import along, made_of_wheel, way, with_along
+from sym2real.symbolic import Equations
 from sym2real.trajectory import Array, Trajectory
 from sym2real.vocabulary import ATTITUDE, HEADING, POSITION
 
-STRETCH = 0.4  # s
+STRETCH, PREDICTED = 0.4, 2.0  # s
 PATH, POSE = "path", (*POSITION.columns, *HEADING.columns)  # what a wheel's speed goes along, and what tells of it
 EARLIEST, LATEST = -5, 12
 Told = tuple[Array, Array, Array]  # of a log: time and what a sensor says, and how the other changes from row to row
@@ -260,10 +262,11 @@ def clock_of(step: float, data: Dataset) -> Settled:
     return [Fault("", said, fix)], Dataset(resampled(log, max(step, mended.dt)) for log in mended)
 
 
-def sensors_of(data: Dataset) -> Settled:
-    """Scales, biases and time shifts of rates and velocities."""
-    faults, read = [], AsRead(data[0].sources)
-    for reading in readings(data):
+def sensors_of(model: Equations | None, data: Dataset) -> Settled:
+    """Scales, biases and time shifts of rates and velocities, but for scales that a model has without any fault."""
+    faults, read, found = [], AsRead(data[0].sources), readings(data)
+    own = _of_the_model(model, data) if model and any(reading.scale != 1.0 for reading in found) else {}
+    for reading in (_beside(own, reading) for reading in found):
         data = Dataset(reading.undone(log) for log in data)
         for kind, value in reading.faulty.items():
             evidence = SAID[kind].format(value, 1e3 * value, column=reading.column, other=reading.of)
@@ -272,3 +275,19 @@ def sensors_of(data: Dataset) -> Settled:
             fix = f"{EFFECTS[kind].fix}{mend}"
             faults.append(Fault(effect, evidence, fix, value, bool(effect) and kind in OF_SENSORS))
     return faults, data
+
+
+def _of_the_model(model: Equations, data: Dataset) -> dict[str, float]:
+    """Scales that a model's own predictions of the logs have, by column; none of one that predicts no number.
+
+    Of a servo that answers a command within a row the rates at rows are not those in between.
+    """
+    predicted = Dataset(simulate(model, log, PREDICTED) for log in data)
+    finite = all(np.isfinite(log.state).all() for log in predicted)
+    return {reading.column: reading.scale for reading in readings(predicted)} if finite else {}
+
+
+def _beside(own: Mapping[str, float], reading: Reading) -> Reading:
+    """A reading whose scale is one beside that of the model's predictions; none is left where they say the same."""
+    scale = reading.scale if reading.scale == 1.0 else reading.scale / own.get(reading.column, 1.0)
+    return replace(reading, scale=scale if abs(np.log(scale)) > SETTINGS.uneven else 1.0)

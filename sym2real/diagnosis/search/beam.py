@@ -32,7 +32,7 @@ from sym2real.diagnosis.search.pairs import hidden_pairs
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.search.settled import settle
 from sym2real.diagnosis.settings import SETTINGS
-from sym2real.diagnosis.stages import OnProgress, Stages
+from sym2real.stages import OnProgress, Stages
 
 # Cheapest sets of a size of which it is asked what one effect more promises, and those that are looked around in.
 SCREENED, WIDTH = 4, 2
@@ -188,8 +188,9 @@ class Beam:
     def _best(self) -> EffectSet:
         """The cheapest set that is beyond chance; of a search that has just begun with others, the cheapest.
 
-        A limit that acts nearly always does what a gain or a load does: a threshold stands only where it saves more
-        than an effect without one in its place, by more than the standard error.
+        A limit that acts nearly always does what a gain or a load does, and a torque about each axis what a weak rotor
+        does: a threshold, or one parameter more, stands only where it saves more than a plainer effect in its place by
+        more than the standard error (L. Breiman et al., "Classification and Regression Trees", 1984, section 3.4.3).
         """
         by_price = sorted(self.sets.values(), key=lambda effects: effects.price)
         holding = (effects for effects in by_price if self._worth_its_size(effects) and self.selection.holds(effects))
@@ -198,7 +199,7 @@ class Beam:
             effects
             for effects in by_price
             if len(effects.names - best.names) == len(best.names - effects.names) == 1
-            and effects.thresholds < best.thresholds
+            and effects.complexity < best.complexity
             and self._worth_its_size(effects)
             and not self.selection.surely_cheaper(best, effects)
             and self.selection.holds(effects)

@@ -87,6 +87,9 @@ def _around(
         form = dict(zip(candidate.slots, near.variances(candidate).tolist(), strict=True))
     for place, index in zip(selection.places(selection.chosen, candidate), candidate.free, strict=True):
         effect, slot = library.effects[library.slots[index].effect], _parameter(selection, index)
+        if not fit.told[place]:
+            yield index, slot.null, slot.high - slot.low
+            continue
         value = reported(float(fit.values[index]), float(selection.origin[index]), slot)
         reference = value - slot.null if slot.null in (0.0, 1.0) else value
         # Nobody knows how a torque is answered.

@@ -50,14 +50,15 @@ def refuted(selection: Selection, gone: Collection[str] | None = None) -> Place 
     """Of the effects that the logs do not bear out, the one with the least weight in its place.
 
     Where it is said which have ``gone``, also of those in whose place another one that has not costs less; a threshold
-    costs less there only by more than chance, as in the search (see ``beam.py``), and takes no place.
+    or one parameter more costs less there only by more than chance, as in the search (see ``beam.py``), and takes no
+    place.
     """
     near = Near.of(selection)
     weights, present = near.probabilities(), near.present
 
     def costs_less(place: Place) -> bool:
         instead = present if gone is None else _in_place(selection, place, gone)
-        alike = len(instead.chosen) == len(present.chosen) and instead.thresholds <= present.thresholds
+        alike = len(instead.chosen) == len(present.chosen) and instead.complexity <= present.complexity
         return alike and instead.price < present.price
 
     doubtful = [

@@ -4,6 +4,10 @@ The covariance's variances take a constant for a disturbance of that size. So ev
 generalised least squares on the whitened residuals, d = -Σ JᵀC⁻¹r / Σ JᵀC⁻¹J, and must be far from zero beside its
 scatter from log to log, which holds the trim that differs from run to run. The residuals are those of the
 best fit, to whose parameters they are orthogonal: what a finding explains already is not counted again.
+
+A constant of every log's own (wind on several days, a load in some flights) is held against its scatter from block to
+block within logs, by the analysis of variance in one way (R. Fisher, "Statistical Methods for Research Workers", 1925,
+chapter 7).
 """
 
 from __future__ import annotations
@@ -11,17 +15,20 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import dataclass, replace
 
+import numpy as np
 import torch
+from scipy import stats
 from torch import Tensor
 
+from sym2real.diagnosis.data.segments import summed
 from sym2real.diagnosis.estimate.calibrate import Calibration
-from sym2real.diagnosis.estimate.whitening import Spread, Whitening
+from sym2real.diagnosis.estimate.whitening import PIECES, Spread, Whitening
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.diagnosis.unexplained.disturbance_terms import CONSTANT, Judged
 from sym2real.diagnosis.unexplained.features import part_of_disturbance
-from sym2real.diagnosis.unexplained.leftover import Leftover, unit_of
+from sym2real.diagnosis.unexplained.leftover import LOG, Leftover, unit_of
 from sym2real.effects.wrench import AXES
 
 # Measurements that may be off by a constant which the free start does not take up, and their unit.
@@ -104,6 +111,37 @@ def find_constants(
         leftovers.append(Leftover(CONSTANT, name, min(1.0, share), term, size, unit, motion))
         waiting.discard(place)
         constants = constants.beside(place)
+
+
+def find_differing(selection: Selection, spread: Spread) -> tuple[Leftover, ...]:
+    """Disturbances that differ from log to log by more than from block to block, the one that moves most first.
+
+    Args:
+        selection: what was found.
+        spread: shapes of the disturbances.
+    """
+    problems = selection.problems
+    apart = problems.log_count - 1, problems.block_count - problems.log_count
+    if problems.log_count < SETTINGS.fewest_logs or apart[1] < SETTINGS.fewest_pieces:
+        return ()
+    constants = Constants.of(problems.problem, spread, problems.whitening, selection.fit.values)
+    parts, together = (constants.gradient, constants.coupling.diagonal(dim1=1, dim2=2)), np.zeros_like(problems.logs)
+    sums = [[summed(part, by) for part in parts] for by in (together, problems.logs, problems.blocks)]
+    whole, by_log, by_block = ((force.square() / hold.clamp_min(1e-300)).sum(0) for force, hold in sums)
+    between, within = by_log - whole, by_block - by_log
+    chances = stats.f.sf(between / apart[0] / (within / apart[1]), *apart)
+    found, segments = list[Leftover](), problems.problem.segments
+    names = [problems.problem.data[log].name for log in np.unique(segments.log).tolist()]
+    for place, name in enumerate(spread.names):
+        if chances[place] >= SETTINGS.false_alarms_of_each(len(spread.names)):
+            continue
+        sizes, unit = (-sums[1][0] / sums[1][1].clamp_min(1e-300))[:, place].numpy(), constants.units[place]
+        motion = part_of_disturbance(segments, spread, name, np.repeat(sizes[problems.logs], PIECES))
+        ends = [(sizes[at], names[at]) for at in (sizes.argmin(), sizes.argmax())]
+        words = " and ".join(f"{size:.3g} {unit} in {log}" for size, log in ends)
+        share = float(between[place] / (between[place] + within[place]))
+        found.append(Leftover(LOG, name, share, words, motion=motion))
+    return tuple(sorted(found, key=lambda leftover: -(leftover.motion or 0.0)))
 
 
 def _offsets(problem: Problem) -> list[tuple[str, str, Tensor]]:

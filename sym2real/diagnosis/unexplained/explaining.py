@@ -10,7 +10,7 @@ from sym2real.diagnosis.errors.floor import Floor, SensorNoise, floor_of_explain
 from sym2real.diagnosis.errors.rungs import Stage
 from sym2real.diagnosis.score.finding import Scored, applied
 from sym2real.diagnosis.settings import SETTINGS
-from sym2real.diagnosis.unexplained.constant import find_constants
+from sym2real.diagnosis.unexplained.constant import find_constants, find_differing
 from sym2real.diagnosis.unexplained.dependence import find_dependence
 from sym2real.diagnosis.unexplained.features import part_of_changes
 from sym2real.diagnosis.unexplained.leftover import MISFIT, Leftover, Rest, find_leftovers, find_misfit
@@ -54,12 +54,14 @@ def _leftovers(scored: Scored, rest: Rest) -> tuple[Leftover, ...]:
     selection, prepared = scored.result.selection, scored.result.prepared
     own, problems = prepared.calibration, selection.problems
     of_the_base = None if own is None else lambda: Rest.of(own.problem, own.spread, own.whitening, own.origin)
-    leftovers = find_leftovers(rest, of_the_base)
+    astray = beyond_floor(scored.stages, scored.floor)
+    differing = find_differing(selection, prepared.spread) if astray else ()
+    leftovers = differing or find_leftovers(rest, of_the_base)
     if problems.block_count >= SETTINGS.fewest_pieces:
         said = [leftover.channel for leftover in leftovers]
         leftovers += find_constants(selection, prepared.spread, own, exclude=said)
         leftovers = leftovers or find_dependence(selection, prepared.spread, own)
-    if not any(leftover.matters for leftover in leftovers) and beyond_floor(scored.stages, scored.floor):
+    if not any(leftover.matters for leftover in leftovers) and astray:
         errors = problems.problem.residuals(selection.fit.values[None])[0]
         motion = part_of_changes(problems.problem.segments, errors)
         leftovers += find_misfit(problems.whitening.misfit(errors), motion)

@@ -11,23 +11,19 @@ from itertools import pairwise
 
 import numpy as np
 import torch
-from scipy.ndimage import uniform_filter1d
 from torch import Tensor
 
-from sym2real import rotation
 from sym2real.diagnosis.data.segments import Segments
 from sym2real.diagnosis.estimate.whitening import PIECES, Spread
 from sym2real.diagnosis.predict.sensitivity import Problem
-from sym2real.effects.voltage import VOLTAGE
-from sym2real.logs.conditions import HOW_FAST
-from sym2real.trajectory import Array, Trajectory
-from sym2real.vocabulary import HEADING, HEIGHT, RATE, VELOCITY
+from sym2real.logs.conditions import signed_features
+from sym2real.trajectory import Array
 
 
 def features_of(problem: Problem) -> tuple[list[str], tuple[Array, ...]]:
     """Names, and means over the piece before every piece, itself, and the one behind ``# (S·pieces, features)``."""
     segments = problem.segments
-    tables = [_features(trajectory) for trajectory in problem.data]
+    tables = [signed_features(trajectory) for trajectory in problem.data]
     names = list(tables[0])
     columns = [np.stack([table[name] for name in names], axis=1) for table in tables]
     pieces = [
@@ -42,44 +38,6 @@ def _mean(column: Array, first: int, last: int, move: int) -> Array:
     """Over rows from first to before last, moved by so many times their number as far as there are rows ``# (F,)``."""
     away = np.clip(move * (last - first), -first, len(column) - last)
     return np.asarray(column[first + away : last + away].mean(axis=0))
-
-
-def _features(trajectory: Trajectory) -> dict[str, Array]:
-    layout = trajectory.layouts.state
-    found: dict[str, Array] = {"time": trajectory.time - trajectory.time[0]}
-    if HEIGHT in layout:
-        found["height"] = trajectory.column(HEIGHT)
-    along = [_smooth(trajectory.column(c)) for c in VELOCITY.columns if c in layout]
-    velocity = np.stack(along, axis=1) if along else np.zeros((len(trajectory), 0))
-    if along:
-        found[HOW_FAST] = np.linalg.norm(velocity, axis=1)
-        found |= {f"velocity {axis}": column for axis, column in zip("xyz", velocity.T, strict=False)}
-    found |= {c: _smooth(trajectory.column(c)) for joint in layout.joints for c in (joint, layout.rates[joint])}
-    if along and layout.has_field("heading"):
-        sine, cosine = (trajectory.column(name) for name in HEADING.columns)
-        found["forward speed"] = velocity[:, 0] * cosine + velocity[:, 1] * sine
-    if len(along) == 3 and layout.has_field("attitude"):
-        attitude = torch.as_tensor(trajectory.state[:, layout.slice("attitude")])
-        body = rotation.rotate(rotation.conjugate(attitude), torch.as_tensor(velocity)).numpy()
-        found |= {f"body velocity {axis}": column for axis, column in zip("xyz", body.T, strict=True)}
-        found["tilt"] = rotation.tilt(attitude).numpy()
-        upright = torch.tensor([0.0, 0.0, 1.0], dtype=attitude.dtype)
-        lean = rotation.rotate(attitude, upright.expand(len(attitude), 3)).numpy()
-        found |= {f"lean {axis}": column for axis, column in zip("xy", lean.T, strict=False)}
-    found |= {name: trajectory.column(name) for name in (*RATE.columns, VOLTAGE) if name in _names(trajectory)}
-    for name in trajectory.layouts.action:
-        command = trajectory.column(name)
-        found[name] = command
-        found[f"change of {name}"] = np.gradient(_smooth(command))
-    return found
-
-
-def _names(trajectory: Trajectory) -> set[str]:
-    return {*trajectory.layouts.state, *trajectory.layouts.inputs, *trajectory.extra}
-
-
-def _smooth(column: Array) -> Array:
-    return np.asarray(uniform_filter1d(column, 5, mode="nearest"))
 
 
 def part_of_disturbance(segments: Segments, spread: Spread, name: str, disturbance: Array | float) -> float:

@@ -26,6 +26,8 @@ from sym2real.vocabulary import is_push
 TREES, LEAF, FOLDS = 20, 8, 4
 # Whitened squares per degree of freedom of an answer that leaves something out: null data leave 1.07 at most.
 MISFIT = "misfit"
+# What a disturbance depends on that each log has of its own.
+LOG = "log"
 
 
 @dataclass(frozen=True)
@@ -33,10 +35,11 @@ class Leftover:
     """A disturbance that depends on something, or is the same everywhere.
 
     Args:
-        explained_by: the feature it depends on most, "constant", or "misfit" where it is no disturbance that is left.
+        explained_by: the feature it depends on most, "constant", "log" where each has its own, or "misfit" where no
+            disturbance is left.
         channel: direction of the disturbance; of a misfit what is predicted so badly, empty for all.
-        r2: share of its variance (of its squares, where it is constant) that logs not seen confirm; share of a misfit's
-            squares that noise and disturbances do not make.
+        r2: share of its variance (of its squares, where it is constant) that logs not seen confirm; of its squares that
+            are between logs; of a misfit's squares that noise and disturbances do not make.
         term: where the disturbance changes, in words.
         size, unit: of a constant disturbance, as the model lacks it.
         motion: part of the robot's motion that it makes (``features.py``); None of a measurement that is off.
@@ -66,12 +69,15 @@ class Leftover:
         if self.size is not None:
             how = f"disturbance along {self.channel} of" if pushed else f"change of {self.channel} by"
             return f"a constant {how} {self.size:.3g} {self.unit}"
+        if self.explained_by == LOG:
+            return f"a {'disturbance along' if pushed else 'change of'} {self.channel} that differs from log to log"
         return f"a {'disturbance along' if pushed else 'change of'} {self.channel} that depends on {self.explained_by}"
 
     @property
     def measure(self) -> str:
         """How much of what is left that is, in words."""
-        much = f"{100 * self.r2:.0f} % of the squares" if self.explained_by == MISFIT else f"R² {self.r2:.2f}"
+        squares = self.explained_by in (MISFIT, LOG)
+        much = f"{100 * self.r2:.0f} % of the squares" if squares else f"R² {self.r2:.2f}"
         small = f", and {100 * (self.motion or 0.0):.1g} % of the motion: too small to matter"
         return much if self.matters else much + small
 

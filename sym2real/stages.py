@@ -1,4 +1,4 @@
-"""The stages of a diagnosis: each says what it does; behind the search Ctrl-C ends one, and what is done is kept."""
+"""The stages of long work: each says what it does; Ctrl-C ends one that need not be done, and what is done is kept."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ class Stages:
 
     Args:
         on_progress: told what is being done.
-        finish: whether Ctrl-C ends a stage, and not the diagnosis.
+        finish: whether Ctrl-C ends a stage, and not the whole.
 
     Attributes:
         interrupted: stages that were.

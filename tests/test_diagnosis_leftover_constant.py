@@ -60,8 +60,9 @@ def test_wind_of_every_flights_own_is_left_over_and_no_small_disturbance() -> No
         assert {left.channel: left.explained_by for left in found.leftovers} == {"fx": "log", "fy": "log"}
         assert found.leftovers[0].r2 > 0.9
         along_x = next(left.term for left in found.leftovers if left.channel == "fx")
-        assert logs[0].name in along_x
-        assert logs[4].name in along_x
+        (least, weakest), (most, strongest) = (end.split(" N in ") for end in along_x.split(" and "))
+        assert (weakest, strongest) == (logs[4].name, logs[0].name)
+        assert [float(least), float(most)] == pytest.approx([-0.03, 0.03], rel=0.15)
 
 
 def test_trim_that_differs_from_run_to_run_is_no_constant() -> None:

@@ -16,7 +16,7 @@ FOLDER = Path(sym2real.diagnosis.__file__).parent
 # What is compared with but decides nothing: steps and sizes of a computation, what fits a line, what a cache keeps.
 COMPUTING = {
     "ALIKE", "ANSWERED", "BETTER", "CONVERGED", "FEWEST_IN_LEAF", "LAST_THIRD", "LEVEL", "MATTERS", "MISSED", "MOST",
-    "MOST_CACHED", "MOST_CONSTANTS", "MOST_EFFECTS", "ORDER", "PIECE", "ROUNDS", "ROWS", "SHORTEST",
+    "MOST_CACHED", "MOST_CONSTANTS", "MOST_EFFECTS", "ORDER", "PIECE", "ROUNDS", "ROWS",
     "SMALLEST", "SMALLEST_NOISE", "SMOOTHING", "STILL",
 }  # fmt: skip
 # Signs, counts of axes, halves of a range, and what keeps a division or a logarithm finite.

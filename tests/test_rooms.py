@@ -35,6 +35,7 @@ FLOORS: dict[str, int] = {
             "toml_tables",
             "json_objects",
             "stages",
+            "correlations",
         ),
         0,
     ),

@@ -68,7 +68,7 @@ def leftover_lines(leftovers: Sequence[Leftover]) -> list[str]:
     """What no effect explains, a line each."""
     lines = []
     for left in leftovers:
-        seen_by = " on unseen logs" if left.measure.startswith("R²") else ""
+        seen_by = " on unseen logs" if left.unseen else ""
         statement = f"{left.statement} ({left.measure}{seen_by}): {left.term}"
         lines.append(f"[red]left over[/] {escape(statement)}")
     return lines

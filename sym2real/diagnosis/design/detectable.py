@@ -3,9 +3,9 @@
 An effect of size β changes the residuals of a log by r(β); what the free start cannot absorb of it, whitened, is
 λ(β) = ‖r(β)‖². It is found where λ exceeds what the acceptance rule of the search asks for: a relative gain, and
 Hotelling's test on blocks, which is Student's t for one parameter, also where blocks, or whole logs, of measured ones
-differ by more than their noise does. Near zero λ = β²F with the sensitivity matrix F =
-JᵀC⁻¹J; effects that begin at a threshold (limits, grip, dead bands) are tried at rising sizes instead. From which size
-on an effect matters for predictions is another number (see ``visible.py``).
+differ by more than their noise does. Near zero λ = β²F with the sensitivity matrix F = JᵀC⁻¹J; effects that begin at a
+threshold (limits, grip, dead bands) are tried at rising sizes instead, and forces that swing by the test that finds
+them among all frequencies. From which size on an effect matters for predictions is another number (see ``visible.py``).
 
 Two effects cannot be told apart where one's residuals are the other's: the part of F that fitting the other removes,
 tr(F_ab F_bb⁻¹ F_ba) / tr F_aa in units of the parameters' scales, is above 0.96 (a correlation of 0.98). A delay and
@@ -185,7 +185,7 @@ def _swinging(problems: Problems, predictions: Predictions | None, tried: int) -
     swing, smallest = smallest_swings(problems, SETTINGS.false_alarms_of_each(tried))
     swung = problems.problem.data if swing is None else swing.in_data(problems.problem.data)
     for candidate in (one for one in candidates(library, swung) if library.effects[one.name].searching.swings):
-        sizes = torch.tensor([smallest[library.slots[slot].parameter.name] for slot in candidate.free])
+        sizes = torch.as_tensor(np.array([smallest[library.slots[slot].parameter.name] for slot in candidate.free]))
         mattering = torch.full_like(sizes, inf)
         if predictions is not None:
             windows = Problem(library, swung, predictions.problem.segments)

@@ -150,11 +150,20 @@ class Problems:
         return fits
 
     def moved(self, fit: Fit, step: Tensor) -> Tensor:
-        """Parameter set after a step ``# (A,)`` in units of scale, within bounds."""
+        """Parameter set after a step ``# (A,)`` in units of scale, within bounds; what the data do not tell stays."""
         values, slots, (low, high) = fit.values.clone(), list(fit.whole), self._bounds(fit)
-        moved = values[slots] + step * self.problem.library.scale[slots]
+        moved = values[slots] + step * self.told(fit) * self.problem.library.scale[slots]
         values[slots] = torch.minimum(torch.maximum(moved, low), high)
         return values
+
+    def told(self, fit: Fit) -> Tensor:
+        """Which free parameters the data tell: over its bounds each changes whitened squares by one or more ``# (A,)``.
+
+        A car that never moves sideways has no drag along that axis.
+        """
+        low, high = self._bounds(fit)
+        widths = (high - low) / self.problem.library.scale[list(fit.whole)]
+        return fit.curvature.sum(0).diagonal() * widths.square() >= 1.0
 
     def _bounds(self, fit: Fit) -> tuple[Tensor, Tensor]:
         """Of all that is free in a fit ``# (A,)`` each."""

@@ -13,8 +13,6 @@ Free = tuple[int, ...]  # slots of a library
 RIDGE = 1e-9
 # Far above the smallest normal number, also after the ridge: below it 0/0 is no zero.
 LEAST_SCALE = 1e-200
-# Of what is told a thousand times the scale, which is more than any parameter's bounds, changes squares by one or more.
-LEAST_TOLD = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,11 +56,6 @@ class Fit:
     def whole(self) -> Free:
         """All that is free."""
         return (*self.free, *self.held)
-
-    @property
-    def told(self) -> list[bool]:
-        """Of which free parameters data tell anything; a car that never moves sideways has no drag along that axis."""
-        return (self.curvature.sum(0).diagonal()[: len(self.free)] >= LEAST_TOLD).tolist()
 
     def part(self, places: Sequence[int]) -> Fit:
         """The same with some of the free parameters only, and the nuisance."""

@@ -12,8 +12,8 @@ give lowers the loss of the last quarter's blocks beyond chance, for all the fre
 
 What the robot itself does periodically looks periodic in everything that a model misses: at one frequency that is a
 matrix times the position x and the velocity ẋ. So where the paths (of half the logs, because a swing is in all of them)
-swing by far more than such a force could move a free body, ω² |x| m > 3 |F|, these stand beside the constant and the
-trend, and a swing must go another way.
+swing by far more than such a force could move a free body, ω² |x| m > 3 |F|, what such a matrix, the same in all logs,
+makes of these is taken off first, and a swing must go another way.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ PERIODS, FASTEST = 3.0, 0.25
 OVERSAMPLED, FINE = 3, 10
 QUARTERS = 4
 # Frequencies that are held in memory at a time, each with a matrix per segment: all of a long flight take gigabytes.
-AT_A_TIME = 16
+AT_A_TIME = 64
 # Frequencies at which a plan has a force swing, and how many times larger than one of a known wave it is made.
 PLANNED, LARGER = 3, np.geomspace(1.0, 100.0, 28)
 
@@ -81,7 +81,7 @@ class _Rows:
 
     Args:
         time: middle of each piece since its log's start, s ``# (S, P)``.
-        motion: position and velocity there, in units of how much each varies ``# (S, P, 2·k)``.
+        motion: position and velocity there, m and m/s ``# (S, P, 2·k)``.
         gradient, curvature: of half the whitened squares by the force on each piece ``# (S, D, P), (S, D, P, D, P)``.
         log: of every segment ``# (S,)``.
     """
@@ -98,9 +98,13 @@ class _Rows:
         drawn = torch.as_tensor(rng.standard_normal(values.shape)) * values.clamp_min(0.0).sqrt()
         return replace(self, gradient=(vectors @ drawn[..., None]).reshape(self.gradient.shape))
 
-    def without_motion(self) -> _Rows:
-        """The same beside a constant and a trend alone."""
-        return replace(self, motion=self.motion[..., :0])
+    def beside_motion(self) -> _Rows:
+        """The same without the forces that are a matrix, of all logs, times position and velocity."""
+        half = torch.einsum("sdpeq,sqm->sdpem", self.curvature, self.motion)
+        gradient = torch.einsum("sdp,spm->dm", self.gradient, self.motion)
+        curvature = torch.einsum("sdpem,spk->dkem", half, self.motion).flatten(2).flatten(0, 1)
+        matrix = -solve(curvature, gradient.flatten()).reshape(gradient.shape)
+        return replace(self, gradient=self.gradient + torch.einsum("sdpem,em->sdp", half, matrix))
 
     def pushed(self, place: int, push: Tensor) -> _Rows:
         """With a force along one axis on every piece besides, N ``# (S, P)``."""
@@ -108,21 +112,20 @@ class _Rows:
         return replace(self, gradient=self.gradient + moved)
 
     def normal(self, omegas: Sequence[float]) -> tuple[Tensor, Tensor]:
-        """Gradient and curvature by sine, cosine, constant, trend and motion of each force, at every frequency.
+        """Gradient and curvature by sine, cosine, constant and trend of each force, at every frequency.
 
-        ``# (F, S, K·D), (F, S, K·D, K·D)``
+        ``# (F, S, 4·D), (F, S, 4·D, 4·D)``
         """
         angle = torch.tensor(omegas, dtype=torch.float64)[:, None, None] * self.time
         scaled = (self.time / self.time.max()).expand_as(angle)
-        waves = torch.stack([angle.sin(), angle.cos(), torch.ones_like(angle), scaled], dim=-1)
-        shapes = torch.cat([waves, self.motion.expand(len(angle), -1, -1, -1)], dim=-1)  # (F, S, P, K)
+        shapes = torch.stack([angle.sin(), angle.cos(), torch.ones_like(angle), scaled], dim=-1)  # (F, S, P, 4)
         gradient = torch.einsum("sdp,fspk->fskd", self.gradient, shapes).flatten(2)
         half = torch.einsum("sdpeq,fsql->fsdpel", self.curvature, shapes)
         curvature = torch.einsum("fspk,fsdpel->fskdle", shapes, half)
         return gradient, curvature.reshape(*gradient.shape, gradient.shape[-1])
 
     def by_log(self, omegas: Sequence[float]) -> tuple[Tensor, Tensor]:
-        """The same, added up over the segments of each log that has any ``# (F, L, K·D), (F, L, K·D, K·D)``."""
+        """The same, added up over the segments of each log that has any ``# (F, L, 4·D), (F, L, 4·D, 4·D)``."""
         place = np.unique(self.log, return_inverse=True)[1]
         gradient, curvature = (summed(part.transpose(0, 1), place).transpose(0, 1) for part in self.normal(omegas))
         return gradient, curvature
@@ -139,15 +142,16 @@ def find_swing(problems: Problems, values: Tensor, chance: float) -> Swing | Non
     problem, names = problems.problem, _forces(problems)
     if not names:
         return None
-    beside, (grid, step) = _rows(problems, values, names), _frequencies(problem)
-    rows = beside.without_motion()
+    rows, (grid, step) = _rows(problems, values, names), _frequencies(problem)
+    beside = rows.beside_motion()
     mass = problem.library.equations.numbers.get("mass", 1.0)
     own = np.array([_own_motion(problem.data, omega, mass, _size(rows, omega)) for omega in grid])
     highest = np.where(own, _falls(beside, grid), _falls(rows, grid)).argmax()
-    rows = beside if own[highest] else rows
+    rows = beside if own[max(0, highest - 1) : highest + 2].any() else rows
     fine = grid[highest] + step * np.arange(-FINE, FINE + 1) / FINE
     omega, deviation = _refined(rows, float(fine[_falls(rows, fine).argmax()]), step / FINE)
-    if _chance(rows, problems, omega) > _of_each(chance, grid):
+    looks = max(1, len(grid) // OVERSAMPLED)
+    if _chance(rows, problems, omega) > chance / looks:
         return None
     return Swing(omega, deviation, _phases(rows, omega, len(problem.data)))
 
@@ -164,17 +168,19 @@ def smallest_swings(problems: Problems, chance: float) -> tuple[Swing | None, di
     if not names:
         return None, {}
     rng, (grid, _) = np.random.default_rng(0), _frequencies(problem)
-    known = _rows(problems, problem.library.null, names).without_motion()
-    phases, limit = rng.uniform(-np.pi, np.pi, len(problem.data)), _of_each(chance, grid)
+    known, mass = _rows(problems, problem.library.null, names), problem.library.equations.numbers.get("mass", 1.0)
+    phases, limit = rng.uniform(-np.pi, np.pi, len(problem.data)), chance / max(1, len(grid) // OVERSAMPLED)
     omegas = np.linspace(grid[0], grid[-1], PLANNED + 2)[1:-1]
 
     def smallest(place: int, omega: float) -> float:
         wave = torch.sin(omega * known.time + torch.as_tensor(phases[known.log])[:, None])
         rows, own = known.of_noise(rng), known.curvature[:, place, :, place]
-        sizes = LARGER * float(torch.einsum("spq,sp,sq->", own, wave, wave)) ** -0.5
+        sizes = LARGER / max(1e-300, float(torch.einsum("spq,sp,sq->", own, wave, wave))) ** 0.5
 
         def found(size: float) -> bool:
-            return _chance(rows.pushed(place, size * wave), problems, omega) <= limit
+            pushed = rows.pushed(place, size * wave)
+            beside = pushed.beside_motion() if _own_motion(problem.data, omega, mass, size) else pushed
+            return _chance(beside, problems, omega) <= limit
 
         at = bisect_left(sizes, True, key=found)
         return float(sizes[at]) if at < len(sizes) else inf
@@ -187,11 +193,6 @@ def _forces(problems: Problems) -> list[str]:
     """Inputs that may swing; none in logs too short to tell, or to hold a frequency."""
     enough = problems.block_count >= SETTINGS.fewest_pieces and len(_frequencies(problems.problem)[0]) > 0
     return [name for name in FORCES if enough and uses(problems.problem.library.equations, name)]
-
-
-def _of_each(chance: float, grid: Array) -> float:
-    """The share of a chance that a frequency has."""
-    return chance / max(1, len(grid) // OVERSAMPLED)
 
 
 def _rows(problems: Problems, values: Tensor, names: list[str]) -> _Rows:
@@ -217,17 +218,17 @@ def _rows(problems: Problems, values: Tensor, names: list[str]) -> _Rows:
 
 
 def _motion(problem: Problem, edges: NDArray[np.int64]) -> Tensor:
-    """Position and velocity in the middle of every piece, each about none and of size one ``# (S, P, 2·k)``."""
+    """Position and velocity in the middle of every piece, about their log's mean ``# (S, P, 2·k)``."""
     segments, data = problem.segments, problem.data
-    places = [name for name in POSITION.columns if name in data.layouts.state]
-    paths = [np.stack([log.column(name) for name in places], axis=1) for log in data] if places else []
-    path = torch.as_tensor(np.concatenate(paths)) if places else torch.zeros(data.rows, 0, dtype=torch.float64)
-    first = np.cumsum([0, *(len(log) for log in data)])[segments.log]
-    at = path[torch.as_tensor((first + segments.row)[:, None] + edges)]  # (S, P + 1, k)
-    motion = torch.cat([at[:, 1:] + at[:, :-1], at[:, 1:] - at[:, :-1]], dim=-1)
-    motion = motion - motion.mean((0, 1))
-    scaled: Tensor = motion / motion.square().mean((0, 1)).sqrt().clamp_min(1e-12)
-    return scaled
+    places = data.layouts.state.indices([name for name in POSITION.columns if name in data.layouts.state])
+    path = torch.as_tensor(np.concatenate([log.state[:, places] for log in data]))
+    first = np.cumsum([0, *(len(log) for log in data)])[segments.log] + segments.row
+    at, steps = path[torch.as_tensor(first[:, None] + edges)], torch.as_tensor(np.diff(edges))[:, None]
+    motion = torch.cat([(at[:, 1:] + at[:, :-1]) / 2, (at[:, 1:] - at[:, :-1]) / (steps * data.dt)], dim=-1)
+    for log in np.unique(segments.log):
+        own = torch.as_tensor(segments.log == log)
+        motion[own] -= motion[own].mean((0, 1))
+    return motion
 
 
 def _frequencies(problem: Problem) -> tuple[Array, float]:
@@ -280,8 +281,7 @@ def _own_motion(data: Dataset, omega: float, mass: float, force: float) -> bool:
     squares = []
     for log in data:
         time = log.time - log.time[0]
-        names = [name for name in POSITION.columns if name in log.layouts.state]
-        path = np.stack([log.column(name) for name in names], axis=1)
+        path = log.state[:, log.layouts.state.indices([name for name in POSITION.columns if name in log.layouts.state])]
         shapes = np.stack([np.sin(omega * time), np.cos(omega * time), np.ones(len(time)), time], axis=1)
         # A window, because slow motion is large beside this one and its side lobes would hide it.
         window = np.hanning(len(time))[:, None]
@@ -320,4 +320,4 @@ def _refined(rows: _Rows, omega: float, step: float) -> tuple[float, float]:
     curvature = 2 * here - below - above
     if curvature <= 0:
         return omega, step
-    return omega + step * (above - below) / (2 * curvature), step * (2.0 / curvature) ** 0.5
+    return omega + step * float(np.clip((above - below) / (2 * curvature), -1.0, 1.0)), step * (2.0 / curvature) ** 0.5

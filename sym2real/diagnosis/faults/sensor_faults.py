@@ -37,6 +37,7 @@ from sym2real.diagnosis.faults.fault import Fault, Settled
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects import EFFECTS
 from sym2real.effects.readings import SENSOR_BIAS, SENSOR_SCALE, TIME_SHIFT
+from sym2real.errors import Sym2RealError
 from sym2real.layout import Layout
 from sym2real.logs.equal_steps import resampled
 from sym2real.logs.sources import AsRead
@@ -278,11 +279,14 @@ def sensors_of(model: Equations | None, data: Dataset) -> Settled:
 
 
 def _of_the_model(model: Equations, data: Dataset) -> dict[str, float]:
-    """Scales that a model's own predictions of the logs have, by column; none of one that predicts no number.
+    """Scales that a model's own predictions of what its sensors measure have, by column; none without a number.
 
     Of a servo that answers a command within a row the rates at rows are not those in between.
     """
-    predicted = Dataset(simulate(model, log, PREDICTED) for log in data)
+    try:
+        predicted = Dataset(simulate(replace(model, output={}), log, PREDICTED) for log in data)
+    except Sym2RealError:  # of other columns, or of rows nearer than the model's steps
+        return {}
     finite = all(np.isfinite(log.state).all() for log in predicted)
     return {reading.column: reading.scale for reading in readings(predicted)} if finite else {}
 

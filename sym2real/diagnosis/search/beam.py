@@ -199,7 +199,7 @@ class Beam:
             effects
             for effects in by_price
             if len(effects.names - best.names) == len(best.names - effects.names) == 1
-            and effects.complexity < best.complexity
+            and self.selection.complexity(effects) < self.selection.complexity(best)
             and self._worth_its_size(effects)
             and not self.selection.surely_cheaper(best, effects)
             and self.selection.holds(effects)

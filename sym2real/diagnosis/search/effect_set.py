@@ -42,11 +42,6 @@ class EffectSet:
         """Of the effects."""
         return frozenset(candidate.name for candidate in self.chosen)
 
-    @cached_property
-    def complexity(self) -> tuple[int, int]:
-        """Number of effects that do nothing on one side of a threshold, then of parameters that the data tell."""
-        return sum(candidate.needs_start for candidate in self.chosen), sum(self.fit.told)
-
     @property
     def smaller(self) -> list[frozenset[str]]:
         """Names of the sets with one effect less."""

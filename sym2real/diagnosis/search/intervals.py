@@ -60,7 +60,8 @@ def estimates(selection: Selection, candidate: Candidate, fit: Fit, near: Near |
     found = {}
     for index, value, half in _around(selection, candidate, fit, near):
         slot = _parameter(selection, index)
-        found[slot.name] = Estimate(value, value - half, value + half, slot.unit)
+        ends = (value - half, value + half) if half < math.inf else (slot.low, slot.high)
+        found[slot.name] = Estimate(value, *ends, slot.unit)
     return found
 
 
@@ -81,15 +82,13 @@ def _around(
 ) -> Iterator[tuple[int, float, float]]:
     """Slot, reported value and half of its 95 % interval, of each parameter of a chosen candidate."""
     problem, halves = selection.problems.problem, half_widths(selection.problems, fit)
+    halves = torch.where(selection.problems.told(fit), halves, math.inf)
     library = problem.library
     form = dict.fromkeys(candidate.slots, 0.0)
     if near is not None:
         form = dict(zip(candidate.slots, near.variances(candidate).tolist(), strict=True))
     for place, index in zip(selection.places(selection.chosen, candidate), candidate.free, strict=True):
         effect, slot = library.effects[library.slots[index].effect], _parameter(selection, index)
-        if not fit.told[place]:
-            yield index, slot.null, slot.high - slot.low
-            continue
         value = reported(float(fit.values[index]), float(selection.origin[index]), slot)
         reference = value - slot.null if slot.null in (0.0, 1.0) else value
         # Nobody knows how a torque is answered.

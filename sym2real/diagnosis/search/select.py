@@ -138,6 +138,12 @@ class Selection:
         gain = self.problems.held_out_segments(other.fit) - self.problems.held_out_segments(cheaper.fit)
         return other.price - cheaper.price > standard_error(self.problems, gain)
 
+    def complexity(self, effects: EffectSet) -> tuple[int, int]:
+        """Number of effects that do nothing on one side of a threshold; of parameters, which few blocks do not tell."""
+        told = int(self.problems.told(effects.fit)[: len(effects.fit.free)].sum())
+        enough = self.problems.block_count >= SETTINGS.fewest_pieces
+        return sum(candidate.needs_start for candidate in effects.chosen), enough * told
+
     def open(self, chosen: Sequence[Candidate], rivals: Sequence[Candidate]) -> list[Candidate]:
         """Those of the rivals that share no parameter with what is chosen."""
         taken = {slot for candidate in chosen for slot in candidate.slots}

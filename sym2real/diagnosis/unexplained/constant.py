@@ -5,9 +5,9 @@ generalised least squares on the whitened residuals, d = -Σ JᵀC⁻¹r / Σ J�
 scatter from log to log, which holds the trim that differs from run to run. The residuals are those of the
 best fit, to whose parameters they are orthogonal: what a finding explains already is not counted again.
 
-A constant of every log's own (wind on several days, a load in some flights) is held against its scatter from block to
-block within logs, by the analysis of variance in one way (R. Fisher, "Statistical Methods for Research Workers", 1925,
-chapter 7).
+A constant of every log's own (wind on several days, a load in some flights) is held against its change from the first
+half of logs to the second, by the analysis of variance in one way (R. Fisher, "Statistical Methods for Research
+Workers", 1925, chapter 7).
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ import torch
 from scipy import stats
 from torch import Tensor
 
-from sym2real.diagnosis.data.segments import summed
+from sym2real.diagnosis.data.segments import Segments, summed
 from sym2real.diagnosis.estimate.calibrate import Calibration
 from sym2real.diagnosis.estimate.whitening import PIECES, Spread, Whitening
 from sym2real.diagnosis.predict.sensitivity import Problem
@@ -30,6 +30,7 @@ from sym2real.diagnosis.unexplained.disturbance_terms import CONSTANT, Judged
 from sym2real.diagnosis.unexplained.features import part_of_disturbance
 from sym2real.diagnosis.unexplained.leftover import LOG, Leftover, unit_of
 from sym2real.effects.wrench import AXES
+from sym2real.trajectory import Array
 
 # Measurements that may be off by a constant which the free start does not take up, and their unit.
 MEASURED = {"attitude": "rad", "heading": "rad", "rate": "rad/s"}
@@ -113,35 +114,55 @@ def find_constants(
         constants = constants.beside(place)
 
 
-def find_differing(selection: Selection, spread: Spread) -> tuple[Leftover, ...]:
-    """Disturbances that differ from log to log by more than from block to block, the one that moves most first.
+def find_differing(
+    selection: Selection, spread: Spread, own: Calibration | None = None, exclude: Collection[str] = ()
+) -> tuple[Leftover, ...]:
+    """Disturbances nearly all of whose squares are between logs, and that matter; the one that moves most first.
 
     Args:
-        selection: what was found.
-        spread: shapes of the disturbances.
+        selection, spread, own, exclude: as of :func:`find_constants`.
     """
-    problems = selection.problems
-    apart = problems.log_count - 1, problems.block_count - problems.log_count
-    if problems.log_count < SETTINGS.fewest_logs or apart[1] < SETTINGS.fewest_pieces:
+    problems, found = selection.problems, list[Leftover]()
+    if problems.log_count < SETTINGS.fewest_logs:
         return ()
+    segments, data = problems.problem.segments, problems.problem.data
     constants = Constants.of(problems.problem, spread, problems.whitening, selection.fit.values)
-    parts, together = (constants.gradient, constants.coupling.diagonal(dim1=1, dim2=2)), np.zeros_like(problems.logs)
-    sums = [[summed(part, by) for part in parts] for by in (together, problems.logs, problems.blocks)]
-    whole, by_log, by_block = ((force.square() / hold.clamp_min(1e-300)).sum(0) for force, hold in sums)
-    between, within = by_log - whole, by_block - by_log
-    chances = stats.f.sf(between / apart[0] / (within / apart[1]), *apart)
-    found, segments = list[Leftover](), problems.problem.segments
-    names = [problems.problem.data[log].name for log in np.unique(segments.log).tolist()]
+    chances, shares, sizes = _by_log(constants, segments)
+    of_base = np.zeros(len(constants.names))
+    if own is not None:
+        its_own = Constants.of(own.problem, own.spread, own.whitening, own.origin)
+        of_base = _by_log(its_own, own.problem.segments)[2].std(0)
+    logs, place_of = np.unique(segments.log, return_inverse=True)
     for place, name in enumerate(spread.names):
-        if chances[place] >= SETTINGS.false_alarms_of_each(len(spread.names)):
-            continue
-        sizes, unit = (-sums[1][0] / sums[1][1].clamp_min(1e-300))[:, place].numpy(), constants.units[place]
-        motion = part_of_disturbance(segments, spread, name, np.repeat(sizes[problems.logs], PIECES))
-        ends = [(sizes[at], names[at]) for at in (sizes.argmin(), sizes.argmax())]
-        words = " and ".join(f"{size:.3g} {unit} in {log}" for size, log in ends)
-        share = float(between[place] / (between[place] + within[place]))
-        found.append(Leftover(LOG, name, share, words, motion=motion))
-    return tuple(sorted(found, key=lambda leftover: -(leftover.motion or 0.0)))
+        apart, unit = sizes[:, place] - sizes[:, place].mean(), constants.units[place]
+        sure = chances[place] < SETTINGS.false_alarms_of_each(len(spread.names)) and shares[place] > SETTINGS.nearly
+        if sure and of_base[place] <= SETTINGS.mostly * apart.std() and name not in exclude:
+            motion = part_of_disturbance(segments, spread, name, np.repeat(apart[place_of], PIECES))
+            ends = [(sizes[at, place], data[int(logs[at])].name) for at in (apart.argmin(), apart.argmax())]
+            words = " and ".join(f"{size:.3g} {unit} in {log}" for size, log in ends)
+            found.append(Leftover(LOG, name, float(shares[place]), words, motion=motion))
+    return tuple(sorted((one for one in found if one.matters), key=lambda one: -(one.motion or 0.0)))
+
+
+def _by_log(constants: Constants, segments: Segments) -> tuple[Array, Array, Array]:
+    """Chance that logs differ so, the part ω² of squares that is between them ``# (D,)``, constants ``# (logs, D)``.
+
+    Within a log its halves differ, as by gusts that last for seconds.
+    """
+    logs, numbers = np.unique(segments.log, return_inverse=True)[1], np.arange(len(segments))
+    middle = np.array([np.median(numbers[logs == log]) for log in range(logs.max() + 1)])
+    halves = np.unique(2 * logs + (numbers > middle[logs]), return_inverse=True)[1]
+    parts = constants.gradient, constants.coupling.diagonal(dim1=1, dim2=2)
+    sums = [[summed(part, by) for part in parts] for by in (np.zeros_like(logs), logs, halves)]
+    whole, by_log, by_half = ((force.square() / hold.clamp_min(1e-300)).sum(0).numpy() for force, hold in sums)
+    freedom = logs.max(), max(1, halves.max() - logs.max())
+    between, unit = by_log - whole, np.maximum(by_half - by_log, 1e-300) / freedom[1]
+    share = (between - freedom[0] * unit) / (by_half - whole + unit)
+    return (
+        stats.f.sf(between / freedom[0] / unit, *freedom),
+        share,
+        (-sums[1][0] / sums[1][1].clamp_min(1e-300)).numpy(),
+    )
 
 
 def _offsets(problem: Problem) -> list[tuple[str, str, Tensor]]:

@@ -55,10 +55,11 @@ def _leftovers(scored: Scored, rest: Rest) -> tuple[Leftover, ...]:
     own, problems = prepared.calibration, selection.problems
     of_the_base = None if own is None else lambda: Rest.of(own.problem, own.spread, own.whitening, own.origin)
     astray = beyond_floor(scored.stages, scored.floor)
-    differing = find_differing(selection, prepared.spread) if astray else ()
-    leftovers = differing or find_leftovers(rest, of_the_base)
+    leftovers = find_leftovers(rest, of_the_base)
+    said = [leftover.channel for leftover in leftovers]
+    if astray and scored.stages and scored.floor:
+        leftovers = (*find_differing(selection, prepared.spread, own, exclude=said), *leftovers)
     if problems.block_count >= SETTINGS.fewest_pieces:
-        said = [leftover.channel for leftover in leftovers]
         leftovers += find_constants(selection, prepared.spread, own, exclude=said)
         leftovers = leftovers or find_dependence(selection, prepared.spread, own)
     if not any(leftover.matters for leftover in leftovers) and astray:

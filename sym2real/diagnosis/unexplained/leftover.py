@@ -1,8 +1,8 @@
 """What is left after the effects that were found: disturbances that the data still ask for, and what they depend on.
 
 The disturbance over every fifth of a segment is its most likely value given the residual, d = Q JᵀC⁻¹r, less the
-log's mean. A random forest that predicts disturbances of logs it has not seen (R² > 0.1) shows an effect
-that the library does not have; a small tree on the signed disturbance says where.
+log's mean (which ``constant.py`` looks at). A random forest that predicts disturbances of logs it has not seen
+(R² > 0.1) shows an effect that the library does not have; a small tree on the signed disturbance says where.
 """
 
 from __future__ import annotations
@@ -54,6 +54,11 @@ class Leftover:
     motion: float | None = None
 
     @property
+    def unseen(self) -> bool:
+        """Whether its share is one of logs that were not seen."""
+        return self.explained_by not in (MISFIT, LOG)
+
+    @property
     def matters(self) -> bool:
         """Whether predictions need it."""
         return self.motion is None or self.motion >= SETTINGS.negligible
@@ -76,8 +81,7 @@ class Leftover:
     @property
     def measure(self) -> str:
         """How much of what is left that is, in words."""
-        squares = self.explained_by in (MISFIT, LOG)
-        much = f"{100 * self.r2:.0f} % of the squares" if squares else f"R² {self.r2:.2f}"
+        much = f"R² {self.r2:.2f}" if self.unseen else f"{100 * self.r2:.0f} % of the squares"
         small = f", and {100 * (self.motion or 0.0):.1g} % of the motion: too small to matter"
         return much if self.matters else much + small
 

@@ -89,6 +89,7 @@ def features(trajectory: Trajectory) -> dict[str, Array]:
 def signed_features(trajectory: Trajectory) -> dict[str, Array]:
     """What a disturbance may depend on, by name ``# (rows,)`` each; what a derivative is in is smoothed."""
     layout = trajectory.layouts.state
+    known = {*layout, *trajectory.layouts.inputs, *trajectory.extra}
     found: dict[str, Array] = {"time": trajectory.time - trajectory.time[0]}
     if HEIGHT in layout:
         found["height"] = trajectory.column(HEIGHT)
@@ -109,16 +110,12 @@ def signed_features(trajectory: Trajectory) -> dict[str, Array]:
         upright = torch.tensor([0.0, 0.0, 1.0], dtype=attitude.dtype)
         lean = rotation.rotate(attitude, upright.expand(len(attitude), 3)).numpy()
         found |= {f"lean {axis}": column for axis, column in zip("xy", lean.T, strict=False)}
-    found |= {name: trajectory.column(name) for name in (*RATE.columns, *BATTERY.columns) if name in _names(trajectory)}
+    found |= {name: trajectory.column(name) for name in (*RATE.columns, *BATTERY.columns) if name in known}
     for name in trajectory.layouts.action:
         command = trajectory.column(name)
         found[name] = command
         found[f"change of {name}"] = np.gradient(_smooth(command))
     return found
-
-
-def _names(trajectory: Trajectory) -> set[str]:
-    return {*trajectory.layouts.state, *trajectory.layouts.inputs, *trajectory.extra}
 
 
 def _smooth(column: Array) -> Array:

@@ -152,12 +152,12 @@ class Problems:
     def moved(self, fit: Fit, step: Tensor) -> Tensor:
         """Parameter set after a step ``# (A,)`` in units of scale, within bounds; what the data do not tell stays."""
         values, slots, (low, high) = fit.values.clone(), list(fit.whole), self._bounds(fit)
-        moved = values[slots] + step * self.told(fit) * self.problem.library.scale[slots]
+        moved = values[slots] + step * self.identifiable(fit) * self.problem.library.scale[slots]
         values[slots] = torch.minimum(torch.maximum(moved, low), high)
         return values
 
-    def told(self, fit: Fit) -> Tensor:
-        """Which free parameters the data tell: over its bounds each changes whitened squares by one or more ``# (A,)``.
+    def identifiable(self, fit: Fit) -> Tensor:
+        """Which parameters are identifiable: over its bounds each changes whitened squares by one or more ``# (A,)``.
 
         A car that never moves sideways has no drag along that axis.
         """

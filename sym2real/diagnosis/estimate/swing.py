@@ -30,6 +30,7 @@ from scipy import stats
 from torch import Tensor
 
 from sym2real.dataset import Dataset
+from sym2real.diagnosis.data.preparation import present
 from sym2real.diagnosis.data.segments import summed
 from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.quadratic import solve
@@ -144,8 +145,7 @@ def find_swing(problems: Problems, values: Tensor, chance: float) -> Swing | Non
         return None
     rows, (grid, step) = _rows(problems, values, names), _frequencies(problem)
     beside = rows.beside_motion()
-    mass = problem.library.equations.numbers.get("mass", 1.0)
-    own = np.array([_own_motion(problem.data, omega, mass, _size(rows, omega)) for omega in grid])
+    own = np.array([_own_motion(problem, omega, _size(rows, omega)) for omega in grid])
     highest = np.where(own, _falls(beside, grid), _falls(rows, grid)).argmax()
     rows = beside if own[max(0, highest - 1) : highest + 2].any() else rows
     fine = grid[highest] + step * np.arange(-FINE, FINE + 1) / FINE
@@ -168,25 +168,26 @@ def smallest_swings(problems: Problems, chance: float) -> tuple[Swing | None, di
     if not names:
         return None, {}
     rng, (grid, _) = np.random.default_rng(0), _frequencies(problem)
-    known, mass = _rows(problems, problem.library.null, names), problem.library.equations.numbers.get("mass", 1.0)
+    known = _rows(problems, problem.library.null, names)
     phases, limit = rng.uniform(-np.pi, np.pi, len(problem.data)), chance / max(1, len(grid) // OVERSAMPLED)
     omegas = np.linspace(grid[0], grid[-1], PLANNED + 2)[1:-1]
 
     def smallest(place: int, omega: float) -> float:
+        """Amplitude of one force at one frequency, N."""
         wave = torch.sin(omega * known.time + torch.as_tensor(phases[known.log])[:, None])
         rows, own = known.of_noise(rng), known.curvature[:, place, :, place]
         sizes = LARGER / max(1e-300, float(torch.einsum("spq,sp,sq->", own, wave, wave))) ** 0.5
 
-        def found(size: float) -> bool:
+        def seen(size: float) -> bool:
             pushed = rows.pushed(place, size * wave)
-            beside = pushed.beside_motion() if _own_motion(problem.data, omega, mass, size) else pushed
+            beside = pushed.beside_motion() if _own_motion(problem, omega, size) else pushed
             return _chance(beside, problems, omega) <= limit
 
-        at = bisect_left(sizes, True, key=found)
+        at = bisect_left(sizes, True, key=seen)
         return float(sizes[at]) if at < len(sizes) else inf
 
-    found = {name: float(np.median([smallest(place, w) for w in omegas])) for place, name in enumerate(names)}
-    return Swing(float(np.median(omegas)), 0.0, tuple(phases.tolist())), found
+    sizes = {name: float(np.median([smallest(place, w) for w in omegas])) for place, name in enumerate(names)}
+    return Swing(float(np.median(omegas)), 0.0, tuple(phases.tolist())), sizes
 
 
 def _forces(problems: Problems) -> list[str]:
@@ -203,11 +204,10 @@ def _rows(problems: Problems, values: Tensor, names: list[str]) -> _Rows:
     jacobian = jacobian / torch.tensor([size for _, size in sized], dtype=torch.float64)[:, None]
     residual = problem.residuals(values[None])[0]
     products = whitening.products(torch.cat([residual[..., None], jacobian.flatten(-2)], dim=-1))
-    count = len(residual)
     segments, dt = problem.segments, problem.data.dt
     edges = segments.edges(PIECES)
     middle = (segments.row[:, None] + (edges[1:] + edges[:-1])[None] / 2) * dt
-    shape = (count, len(names), PIECES)
+    shape = (len(residual), len(names), PIECES)
     return _Rows(
         torch.as_tensor(middle),
         _motion(problem, edges),
@@ -220,7 +220,7 @@ def _rows(problems: Problems, values: Tensor, names: list[str]) -> _Rows:
 def _motion(problem: Problem, edges: NDArray[np.int64]) -> Tensor:
     """Position and velocity in the middle of every piece, about their log's mean ``# (S, P, 2·k)``."""
     segments, data = problem.segments, problem.data
-    places = data.layouts.state.indices([name for name in POSITION.columns if name in data.layouts.state])
+    places = data.layouts.state.indices(present(data, POSITION.columns))
     path = torch.as_tensor(np.concatenate([log.state[:, places] for log in data]))
     first = np.cumsum([0, *(len(log) for log in data)])[segments.log] + segments.row
     at, steps = path[torch.as_tensor(first[:, None] + edges)], torch.as_tensor(np.diff(edges))[:, None]
@@ -276,16 +276,18 @@ def _phases(rows: _Rows, omega: float, logs: int) -> tuple[float, ...]:
     return tuple(found.get(log, 0.0) for log in range(logs))
 
 
-def _own_motion(data: Dataset, omega: float, mass: float, force: float) -> bool:
+def _own_motion(problem: Problem, omega: float, force: float) -> bool:
     """Whether the robot's path swings by more at this frequency than such a force could move a free body."""
-    squares = []
+    squares, data, mass = list[float](), problem.data, problem.library.equations.numbers.get("mass", 1.0)
+    places = data.layouts.state.indices(present(data, POSITION.columns))
     for log in data:
         time = log.time - log.time[0]
-        path = log.state[:, log.layouts.state.indices([name for name in POSITION.columns if name in log.layouts.state])]
         shapes = np.stack([np.sin(omega * time), np.cos(omega * time), np.ones(len(time)), time], axis=1)
         # A window, because slow motion is large beside this one and its side lobes would hide it.
         window = np.hanning(len(time))[:, None]
-        squares.append(np.square(np.linalg.lstsq(window * shapes, window * path, rcond=None)[0][:2]).sum())
+        squares.append(
+            np.square(np.linalg.lstsq(window * shapes, window * log.state[:, places], rcond=None)[0][:2]).sum()
+        )
     return float(omega**2 * np.sqrt(np.median(squares)) * mass) > SETTINGS.far * force
 
 

@@ -82,7 +82,7 @@ def _around(
 ) -> Iterator[tuple[int, float, float]]:
     """Slot, reported value and half of its 95 % interval, of each parameter of a chosen candidate."""
     problem, halves = selection.problems.problem, half_widths(selection.problems, fit)
-    halves = torch.where(selection.problems.told(fit), halves, math.inf)
+    halves = torch.where(selection.problems.identifiable(fit), halves, math.inf)
     library = problem.library
     form = dict.fromkeys(candidate.slots, 0.0)
     if near is not None:

@@ -140,9 +140,9 @@ class Selection:
 
     def complexity(self, effects: EffectSet) -> tuple[int, int]:
         """Number of effects that do nothing on one side of a threshold; of parameters, which few blocks do not tell."""
-        told = int(self.problems.told(effects.fit)[: len(effects.fit.free)].sum())
+        parameters = int(self.problems.identifiable(effects.fit)[: len(effects.fit.free)].sum())
         enough = self.problems.block_count >= SETTINGS.fewest_pieces
-        return sum(candidate.needs_start for candidate in effects.chosen), enough * told
+        return sum(candidate.needs_start for candidate in effects.chosen), enough * parameters
 
     def open(self, chosen: Sequence[Candidate], rivals: Sequence[Candidate]) -> list[Candidate]:
         """Those of the rivals that share no parameter with what is chosen."""

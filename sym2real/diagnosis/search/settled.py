@@ -58,10 +58,9 @@ def refuted(selection: Selection, gone: Collection[str] | None = None) -> Place 
 
     def costs_less(place: Place) -> bool:
         instead = present if gone is None else _in_place(selection, place, gone)
-        alike = len(instead.chosen) == len(present.chosen) and selection.complexity(instead) <= selection.complexity(
-            present
-        )
-        return alike and instead.price < present.price
+        alike = len(instead.chosen) == len(present.chosen)
+        plain = selection.complexity(instead) <= selection.complexity(present)
+        return alike and plain and instead.price < present.price
 
     doubtful = [
         place

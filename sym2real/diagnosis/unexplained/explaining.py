@@ -56,11 +56,11 @@ def _leftovers(scored: Scored, rest: Rest) -> tuple[Leftover, ...]:
     of_the_base = None if own is None else lambda: Rest.of(own.problem, own.spread, own.whitening, own.origin)
     astray = beyond_floor(scored.stages, scored.floor)
     leftovers = find_leftovers(rest, of_the_base)
-    said = [leftover.channel for leftover in leftovers]
+    channels = [leftover.channel for leftover in leftovers]
     if astray and scored.stages and scored.floor:
-        leftovers = (*find_differing(selection, prepared.spread, own, exclude=said), *leftovers)
+        leftovers = (*find_differing(selection, prepared.spread, own, exclude=channels), *leftovers)
     if problems.block_count >= SETTINGS.fewest_pieces:
-        leftovers += find_constants(selection, prepared.spread, own, exclude=said)
+        leftovers += find_constants(selection, prepared.spread, own, exclude=channels)
         leftovers = leftovers or find_dependence(selection, prepared.spread, own)
     if not any(leftover.matters for leftover in leftovers) and astray:
         errors = problems.problem.residuals(selection.fit.values[None])[0]

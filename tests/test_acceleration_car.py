@@ -78,6 +78,7 @@ def test_of_a_throttle_the_path_says_what_a_unit_is_worth(tmp_path: Path) -> Non
     assert scale == pytest.approx(20.0, rel=0.3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("hidden", "named"),
     [({}, {}), ({"gain": GAIN}, {"gain:acceleration": GAIN}), ({"drag": DRAG}, {"linear_drag": DRAG * MASS})],

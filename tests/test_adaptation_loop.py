@@ -76,6 +76,7 @@ def test_seeds_may_be_numpys(tmp_path: Path) -> None:
     assert networks.fit(Dataset(ours.logs[0]).transitions()).widths == (4,)
 
 
+@pytest.mark.slow
 def test_errors_fall_with_the_first_trajectory(adapted: Adaptation) -> None:
     zero_shot, first, _ = adapted.reports
     assert first.error < 0.5 * zero_shot.error
@@ -212,6 +213,7 @@ def recordings(count: int) -> list[Dataset]:
     return [Dataset([episode(windy(), steps=220, seed=k, name=f"f{k}")]) for k in range(count)]
 
 
+@pytest.mark.slow
 def test_recordings_take_the_place_of_flights(tmp_path: Path) -> None:
     logs = recordings(3)
     found = adapt(CRAZYFLIE.nominal(), logs, None, NARROW, Adapting(rounds=9), robot=CRAZYFLIE, folder=tmp_path)
@@ -224,6 +226,7 @@ def test_recordings_take_the_place_of_flights(tmp_path: Path) -> None:
         adapt(CRAZYFLIE.nominal(), logs[:1], None, NARROW)
 
 
+@pytest.mark.slow
 def test_no_step_is_learned_across_a_gap() -> None:
     """Half a second that is missing from logs made in Python: a step of it, taken for one, is 25 times as long."""
     whole = [log for recording in recordings(2) for log in recording]

@@ -80,6 +80,7 @@ def test_a_run_goes_on_whoever_is_told_of_the_search(tmp_path: Path) -> None:
     assert not told
 
 
+@pytest.mark.slow
 def test_with_more_episodes_a_run_ends_as_if_it_had_them_from_the_beginning(tmp_path: Path) -> None:
     class Counting:
         """Equations that go a little faster with every row that they were fitted to."""
@@ -140,6 +141,7 @@ def test_equations_without_thrust_are_refused_loudly() -> None:
         stage_one(MujocoPlant(CRAZYFLIE), training_tasks(CRAZYFLIE), Blind(), settings)
 
 
+@pytest.mark.slow
 def test_pushed_episodes_teach_the_wrench() -> None:
     settings = StageOne(episodes=1, steps=400, seed=2)
     base = stage_one(MujocoPlant(CRAZYFLIE), training_tasks(CRAZYFLIE), BeamSearch(), settings)

@@ -52,6 +52,7 @@ def test_a_copy_of_a_car_is_learned_from_its_drives(monkeypatch: pytest.MonkeyPa
     assert learn_from_drives(copy, 1).equations.robot == "other"
 
 
+@pytest.mark.slow
 def test_what_is_wrong_with_a_copy_is_found(hexa: Robot, logs: Dataset) -> None:
     base = hexa.nominal()
     found = diagnose(base, logs)

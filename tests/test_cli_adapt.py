@@ -79,6 +79,7 @@ def test_a_second_call_continues(place: Path, adapted: dict[str, Any]) -> None:
     assert (place / "adapted" / "rounds" / "01" / "log.parquet").stat().st_mtime_ns == flown
 
 
+@pytest.mark.slow
 def test_logs_one_a_round_and_their_effects_in_the_equations(place: Path) -> None:
     options = ["--out", str(place / "from_logs"), "--diagnose", "--learner", "none", "--rounds", "1"]
     found = result_of(["adapt", str(place / "base"), str(place / "drives"), *options], place)

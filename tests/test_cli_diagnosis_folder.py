@@ -57,6 +57,7 @@ def files_in(out: Path) -> set[str]:
     return {file.relative_to(out).as_posix() for file in out.rglob("*") if file.is_file()}
 
 
+@pytest.mark.slow
 def test_the_next_diagnosis_removes_what_the_last_one_wrote_and_nothing_else(logs: Dataset, tmp_path: Path) -> None:
     written(FOUND, logs, tmp_path)
     assert {"model/equations.json", "simulator/plant.toml", "report.html"} <= files_in(tmp_path)

@@ -98,6 +98,7 @@ def test_the_found_model_flies_the_found_simulator(folder: Path, diagnosed: dict
     assert thrust == pytest.approx((CRAZYFLIE.mass + TRUE_MASS) * 9.81, rel=0.03)
 
 
+@pytest.mark.slow
 def test_a_hypothesis_is_fitted_held_out_and_written(folder: Path, logs: list[str], tmp_path: Path) -> None:
     options = ["--fit", *logs[:2], "--held-out", logs[2], "--no-calibrate", "--out", str(tmp_path / "heavier")]
     tried = result_of(["add", str(folder / "base"), "added_mass", *options], tmp_path)
@@ -135,6 +136,7 @@ def test_a_sag_per_volt_is_neither_simulated_nor_flown_there(refused: Refused, t
     assert "no simulator gives vbat" in refused(f"run {tmp_path}/model hover")
 
 
+@pytest.mark.slow
 def test_a_wrong_hypothesis_is_refused_and_a_better_one_named(folder: Path, logs: list[str]) -> None:
     base = CRAZYFLIE.nominal()
     data = read_logs([Path(log) for log in logs], layouts=base.layouts, dt=base.dt)
@@ -170,6 +172,7 @@ def test_bad_hypotheses_get_one_clear_error(
     assert not (folder / "unused").exists()
 
 
+@pytest.mark.slow
 def test_an_interrupted_search_answers_with_what_it_has(logs: list[str]) -> None:
     base = CRAZYFLIE.nominal()
     data = Dataset(list(read_logs([Path(log) for log in logs], layouts=base.layouts, dt=base.dt)))
@@ -185,6 +188,7 @@ def test_an_interrupted_search_answers_with_what_it_has(logs: list[str]) -> None
         diagnose(base, data, exclude=EXCLUDED, on_progress=interrupt)
 
 
+@pytest.mark.slow
 def test_an_informed_model_is_diagnosed_again_and_nothing_is_left(folder: Path, logs: list[str]) -> None:
     """Also one whose command filters and hidden states a log does not hold."""
     small = {"value": 1e-4}
@@ -196,6 +200,7 @@ def test_an_informed_model_is_diagnosed_again_and_nothing_is_left(folder: Path, 
     assert "added_mass" not in [one.effect for one in found.findings]
 
 
+@pytest.mark.slow
 def test_an_informed_model_is_calibrated_in_a_simulator_that_knows_as_much(logs: list[str]) -> None:
     """Else what the model knows rightly counts as its own error, and the rest of the effect as none."""
     informed = add(CRAZYFLIE.nominal(), "added_mass", {"value": TRUE_MASS / 2})
@@ -206,6 +211,7 @@ def test_an_informed_model_is_calibrated_in_a_simulator_that_knows_as_much(logs:
     assert [key for key, _ in found.apply(informed).effects] == ["added_mass", "added_mass"]
 
 
+@pytest.mark.slow
 def test_commands_that_a_model_delays_are_late_in_its_simulator_too(logs: list[str]) -> None:
     late = add(CRAZYFLIE.nominal(), "delay", {"value": 0.04})
     plant, _ = with_effects_of(late, MujocoPlant(CRAZYFLIE), CRAZYFLIE.dt)

@@ -26,6 +26,7 @@ def drives(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
     return logs
 
 
+@pytest.mark.slow
 def test_any_car_is_learned_from_its_logs_and_compared(drives: list[str], tmp_path: Path) -> None:
     *training, held_out = drives
     model = str(tmp_path / "model")

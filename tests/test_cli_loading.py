@@ -29,6 +29,7 @@ print([name for name in ("torch", "sympy", "numpy", "mujoco") if name in sys.mod
     assert done.stderr.strip() == "[]"
 
 
+@pytest.mark.slow
 def test_a_terminal_is_told_before_the_libraries_are_loaded() -> None:
     """Standard error is a terminal, and so is standard output: the line comes before torch, the catalogue after it."""
     code = """

@@ -53,6 +53,7 @@ def test_json_on_a_stream_that_lacks_letters_is_the_same_json(tmp_path: Path) ->
     assert json.loads(texts[0]) == json.loads(texts[1])
 
 
+@pytest.mark.slow
 def test_everything_is_on_disk_before_the_first_word(model: Path, tmp_path: Path) -> None:
     """Whoever reads the first byte finds the files there."""
     result = tmp_path / "result.json"
@@ -76,6 +77,7 @@ main(["compare", {str(model)!r}, {str(tmp_path / "flight.csv")!r}, "--report", {
     assert done.stderr == b"True"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("streams", ["reader gone", "closed"])
 def test_a_reader_that_has_gone_loses_nothing_else(streams: str, model: Path, tmp_path: Path) -> None:
     result = tmp_path / "result.json"

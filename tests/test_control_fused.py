@@ -261,6 +261,7 @@ def test_the_choice_is_said_and_can_be_forced(caplog: pytest.LogCaptureFixture) 
         MPPI(model, MUSHR, task, backend="c", dtype=torch.float64)
 
 
+@pytest.mark.slow
 def test_every_process_writes_the_same_text() -> None:
     """Hashes of strings differ from process to process, and with them the order of sets: the cache would be missed."""
     code = (

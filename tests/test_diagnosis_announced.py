@@ -73,6 +73,7 @@ def test_no_finding_removes_more_than_there_is() -> None:
     assert sum(shares) == pytest.approx(1.0)
 
 
+@pytest.mark.slow
 def test_a_value_at_its_bound_is_no_finding() -> None:
     """A board tilted by 0.16 rad, where 0.1 is the most that is likely, and nothing else that could stand for it."""
     base, data = CRAZYFLIE.nominal(), flights_with("mounting_tilt", {"roll": 0.16})

@@ -26,6 +26,7 @@ def diagnosed(data: Dataset) -> Diagnosis:
     return diagnose(CRAZYFLIE.nominal(), data, exclude=OTHERS)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("key", "values", "tolerance"),
     [

@@ -65,6 +65,7 @@ def test_a_model_that_diverges_is_compared_all_the_same() -> None:
     json.dumps(found.to_dict())
 
 
+@pytest.mark.slow
 def test_a_model_without_one_finite_prediction_cannot_be_diagnosed() -> None:
     beyond = ROBOTS["crazyflie"].nominal()
     beyond = beyond.substitute({"thrust": sqrt(-1 - symbol("thrust") ** 2)})
@@ -249,6 +250,7 @@ def test_short_logs_leave_long_horizons_out_and_say_so() -> None:
     assert comparison.to_dict()["horizons"][0]["errors"]["position"]["unit"] == "m"
 
 
+@pytest.mark.slow
 def test_logs_in_a_list_are_logs() -> None:
     logs, base = list(flights()), ROBOTS["crazyflie"].nominal()
     with torch_alone():  # a model that was rolled out often goes on in C, whose last bits are its own
@@ -266,6 +268,7 @@ def test_the_real_flight_shows_the_gap_that_is_known() -> None:
     assert error.skill > 0.5
 
 
+@pytest.mark.slow
 def test_hidden_states_go_on_between_windows() -> None:
     """A thrust that lags is, where a window starts, what the commands before it have made of it."""
     base = ROBOTS["crazyflie"].nominal()

@@ -48,11 +48,13 @@ def found_in(robot: str, key: str = "", value: float = 0.0) -> Leftover | None:
     return next(iter(find_dependence(*without_a_library(robot, key, value))), None)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("robot", ["crazyflie", "mushr"])
 def test_noise_disturbances_and_trim_depend_on_nothing(robot: str) -> None:
     assert found_in(robot) is None
 
 
+@pytest.mark.slow
 def test_a_push_near_the_ground_is_said_to_depend_on_height() -> None:
     left = found_in("crazyflie", "ground_effect", 0.35)
     assert left is not None
@@ -60,12 +62,14 @@ def test_a_push_near_the_ground_is_said_to_depend_on_height() -> None:
     assert left.r2 > 0.5
 
 
+@pytest.mark.slow
 def test_a_command_that_lags_is_said_to_depend_on_what_was_sent_before() -> None:
     left = found_in("mushr", "lag:speed", 0.3)
     assert left is not None
     assert (left.channel, left.explained_by) == ("speed", "earlier speed")
 
 
+@pytest.mark.slow
 def test_a_term_takes_the_push_away_that_was_put_in() -> None:
     """A wind of 20 mN is a constant push of 20 mN, which takes away what its quadratic model says."""
     selection, spread = without_a_library("crazyflie", "wind", 0.02)

@@ -46,6 +46,7 @@ def said_of(found: str, key: str, value: float) -> Leftover | None:
     return next(iter(find_dependence(selection, spread)), None)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("key", "value"), [("lag:steer", 0.1), ("gain:steer", 0.85), ("lag:speed", 0.3), ("rolling_resistance", 0.5)]
 )
@@ -53,6 +54,7 @@ def test_an_effect_that_is_there_is_the_same_everywhere(key: str, value: float) 
     assert said_of(key, key, value) is None
 
 
+@pytest.mark.slow
 def test_a_length_in_place_of_a_time_goes_with_the_speed() -> None:
     """A servo that lags by 0.1 s relaxes over 0.1 m at 1 m/s, and over 0.2 m at 2 m/s."""
     left = said_of("relaxation_length", "lag:steer", 0.1)
@@ -61,6 +63,7 @@ def test_a_length_in_place_of_a_time_goes_with_the_speed() -> None:
     assert left.term.startswith("0.") and " m where " in left.term
 
 
+@pytest.mark.slow
 def test_a_limit_in_place_of_a_lag_leaves_something() -> None:
     """A speed that follows within 0.3 s is no acceleration limit: it changes faster the more it is off."""
     left = said_of("rate_limit:speed", "lag:speed", 0.3)

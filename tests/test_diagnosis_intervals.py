@@ -55,6 +55,7 @@ def _fit(base: Equations, data: Dataset, key: str) -> tuple[Problems, Fit, calib
     return problems, fit, calibrate.calibrated(library, [], flown, whitened.whitening)
 
 
+@pytest.mark.slow
 def test_a_push_that_the_base_alone_has_is_not_the_robots() -> None:
     right = CRAZYFLIE.nominal()
     wrong = right.substitute({"fx": symbol("fx") + OWN})
@@ -126,6 +127,7 @@ def test_a_refined_base_keeps_its_velocities(drives: Dataset) -> None:
     assert missed[1] < 0.7 * missed[0]  # from positions alone it would double
 
 
+@pytest.mark.slow
 def test_a_lag_is_known_to_no_less_than_a_sixth_of_a_step_and_its_interval_holds_it() -> None:
     drives = simulate_case(Case("mushr", (("lag:steer", {"value": 0.05}),), seed=3), 4, 200)
     tried = try_effect(MUSHR.nominal(), "lag:steer", drives, MujocoPlant(MUSHR))

@@ -27,6 +27,7 @@ def tried(*keys: str) -> Tried:
     return try_effect(BASE, keys, flights_with_all(HIDDEN), exclude=LEFT_OUT)
 
 
+@pytest.mark.slow
 def test_two_effects_that_are_there_are_found_together_and_neither_is_enough() -> None:
     both, alone = tried("com_offset", "linear_drag"), tried("linear_drag")
     assert both.supported
@@ -73,6 +74,7 @@ def test_a_fit_of_several_takes_names_and_no_values() -> None:
         add(BASE, ["wind", ("com_offset", {"rx": 0.001})], fit=flights_with_all(HIDDEN))
 
 
+@pytest.mark.slow
 def test_the_command_fits_several_and_writes_one_model(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     logs = [str(tmp_path / f"{number}.csv") for number in range(4)]
     for log, file in zip(flights_with_all(HIDDEN), logs, strict=True):

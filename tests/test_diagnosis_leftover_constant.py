@@ -33,6 +33,7 @@ def diagnosed(*, windy: bool) -> Diagnosis:
     return diagnose(CRAZYFLIE.nominal(), simulate_case(case, rows=150), exclude=OUT)
 
 
+@pytest.mark.slow
 def test_a_constant_without_a_name_is_left_over_with_its_size() -> None:
     found = diagnosed(windy=True)
     assert found.verdict == "UNEXPLAINED"
@@ -51,6 +52,7 @@ def test_the_constant_is_proposed_as_a_term() -> None:
     assert proposal.gain > 0.0
 
 
+@pytest.mark.slow
 def test_wind_of_every_flights_own_is_left_over_and_no_small_disturbance() -> None:
     winds = [(0.03, 0.0), (0.0, 0.03), (-0.02, 0.02), (0.01, -0.03), (-0.03, 0.0), (0.01, 0.01)]
     logs = [flown("wind", {"fx": fx, "fy": fy}, number, 220) for number, (fx, fy) in enumerate(winds)]
@@ -65,12 +67,14 @@ def test_wind_of_every_flights_own_is_left_over_and_no_small_disturbance() -> No
         assert [float(least), float(most)] == pytest.approx([-0.03, 0.03], rel=0.15)
 
 
+@pytest.mark.slow
 def test_trim_that_differs_from_run_to_run_is_no_constant() -> None:
     found = diagnosed(windy=False)
     assert found.leftover is None
     assert found.verdict == "NOTHING_MISSING"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("key", "channel", "value"), [("yaw_bias", "measured heading", np.deg2rad(2.0)), ("offset:steer", "steer", 0.05)]
 )

@@ -75,6 +75,7 @@ def test_a_motor_is_cut_off_where_its_logs_reach(sides: tuple[float, float], end
     assert all(sides[0] < size < sides[1] for size in limit.searching.sizes(limit.body, values))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("magnitude", [0.8, 1.2])
 def test_a_limit_of_one_rate_command_is_found_that_the_loop_knows_nothing_of(magnitude: float) -> None:
     """Without its answer the loop asks for several times as much; the other command, built alike, is not cut off."""
@@ -86,6 +87,7 @@ def test_a_limit_of_one_rate_command_is_found_that_the_loop_knows_nothing_of(mag
     }
 
 
+@pytest.mark.slow
 def test_the_travel_of_a_servo_is_found(drives: Dataset) -> None:
     base = MUSHR.nominal()
     others = [one.key for one in applicable(base) if one.key not in (*INCLUDED, "limit:steer")]

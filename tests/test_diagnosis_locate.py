@@ -111,6 +111,7 @@ def test_a_comparison_says_which_seconds_of_which_log_to_look_at() -> None:
     assert found.to_dict()["worst"][0]["unit"] == "m"
 
 
+@pytest.mark.slow
 def test_ground_effect_is_located_near_the_ground_in_flights() -> None:
     flights = simulate_case(Case("crazyflie", (("ground_effect", {"value": 0.35}),), 1), 6, 200)
     found = locate(CRAZYFLIE.nominal(), flights, {"z": (0.5, 1.5)})

@@ -65,6 +65,7 @@ def runs(robot: Robot, **changed: float | str) -> Dataset:
     return Dataset([logged(robot, seed, **changed) for seed in range(6)])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("simulator", [False, True], ids=["equations", "simulator"])
 def test_of_a_healthy_arm_nothing_is_missing(robot: Robot, simulator: bool) -> None:
     found = diagnose(robot.nominal(), runs(robot), MujocoPlant(robot) if simulator else None)
@@ -72,6 +73,7 @@ def test_of_a_healthy_arm_nothing_is_missing(robot: Robot, simulator: bool) -> N
     assert found.leftover is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("simulator", [False, True], ids=["equations", "simulator"])
 def test_a_load_and_damping_are_found_alike_with_a_simulator_and_without(robot: Robot, simulator: bool) -> None:
     """Constants fitted to a simulator without the load extrapolate badly: they must make the logs likelier to stay."""
@@ -85,6 +87,7 @@ def test_a_load_and_damping_are_found_alike_with_a_simulator_and_without(robot: 
     assert found.misfit[1] < 1.2
 
 
+@pytest.mark.slow
 def test_a_cable_that_pulls_at_a_joint_is_no_damping(robot: Robot) -> None:
     found = diagnose(robot.nominal(), runs(robot, stiffness=0.6))
     assert [finding.effect for finding in found.findings] == ["joint_stiffness:elbow"], found.summary

@@ -229,6 +229,7 @@ def test_a_speed_that_is_told_in_another_unit_mirrors_no_velocity(time_constant:
     assert mistakes(model, times(healthy("mushr"), {"speed": 3.6})) == []
 
 
+@pytest.mark.slow
 def test_a_mirrored_command_is_seen_by_a_model_with_hidden_states() -> None:
     """A lag that began anew with every row would let a command show in none."""
     lag = ("motor_lag", {"value": 0.06})
@@ -292,6 +293,7 @@ def test_a_car_at_rest_repeats_nothing() -> None:
     assert bad_rows(Dataset([replace(log, state=state)])) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [4, 5])
 def test_a_strong_drag_under_precise_velocities_turns_no_heading(seed: int) -> None:
     """What misses hardly anything misses three times less by chance of its form: that is no turn by thirty degrees."""

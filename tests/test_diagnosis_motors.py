@@ -15,6 +15,7 @@ HIDDEN = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("key", HIDDEN)
 def test_what_acts_on_the_rotation_of_a_robot_of_motors_is_named_and_nothing_beside_it(key: str) -> None:
     data = with_speeds(motor_flights(hidden={key: HIDDEN[key]}, every=1, seconds=6.0))
@@ -24,6 +25,7 @@ def test_what_acts_on_the_rotation_of_a_robot_of_motors_is_named_and_nothing_bes
     assert found.findings[0].values == pytest.approx(HIDDEN[key], rel=0.05)
 
 
+@pytest.mark.slow
 def test_rotors_that_react_a_little_are_named_although_they_move_one_direction_of_nine_alone() -> None:
     hidden = {"torque_scale": HIDDEN["torque_scale"], "rotor_reaction": {"value": 3e-9}}
     flights = motor_flights(hidden=hidden, every=1, seconds=6.0, names=("hover", "circle", "lemniscate") * 2)
@@ -32,6 +34,7 @@ def test_rotors_that_react_a_little_are_named_although_they_move_one_direction_o
     assert found.findings[1].group == ("rotor_reaction",)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("wrong", [1 / 25, 25.0])
 def test_what_a_wrong_inertia_hides_is_named_beside_it(wrong: float) -> None:
     """Torques that are 25 times as strong, or as weak, as they should be turn the model over in half a second."""
@@ -49,6 +52,7 @@ def test_what_a_wrong_inertia_hides_is_named_beside_it(wrong: float) -> None:
     assert moments == pytest.approx({**hidden["flapping_moment"], **hidden["rate_damping"]}, rel=0.2)
 
 
+@pytest.mark.slow
 def test_commands_that_are_sent_more_often_than_they_are_logged_are_no_effect() -> None:
     """Held over a row of five they turn the model by more than they turned the robot, which misses nothing."""
     model, data = equations(every=1), motor_flights(every=5, period=0.002, seconds=6.0)
@@ -60,6 +64,7 @@ def test_commands_that_are_sent_more_often_than_they_are_logged_are_no_effect() 
     assert "commands that change between the rows" in try_effect(model, "torque_scale", data).summary
 
 
+@pytest.mark.slow
 def test_a_robot_of_motors_that_misses_nothing_is_told_so() -> None:
     data = with_speeds(motor_flights(every=1, seconds=6.0))
     assert diagnose(equations(unit="rad/s", every=1), data).findings == ()

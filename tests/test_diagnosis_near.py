@@ -241,6 +241,7 @@ def test_an_effect_that_is_larger_than_what_is_likely_is_told() -> None:
     assert narrowed(selection, "wind", 0.01).driven_to_bounds() == ["wind"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("hidden", "stays"), [({"wind": WIND}, False), ({"linear_drag": DRAG}, True)], ids=str)
 def test_what_stands_for_an_effect_that_is_larger_than_likely_gives_way_to_nothing(
     hidden: dict[str, dict[str, float]], stays: bool

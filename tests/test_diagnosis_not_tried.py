@@ -117,6 +117,7 @@ def test_a_line_holds_all_effects_of_a_reason() -> None:
     assert list(not_tried_said(alike)) == ["lag:{motor1,motor2}, payload: a", "wind: b"]
 
 
+@pytest.mark.slow
 def test_a_model_learned_from_logs_keeps_robot_and_numbers_and_is_diagnosed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

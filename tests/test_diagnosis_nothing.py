@@ -34,6 +34,7 @@ def drive(task: str, seed: int) -> Trajectory:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tasks", [("lemniscate", "lemniscate"), ("circle", "lemniscate")])
 def test_the_base_is_asked_about_the_whole_manoeuvre(tasks: tuple[str, ...]) -> None:
     """Half a figure of eight turns one way; of that half the base's own errors look like an arm to one side."""

@@ -43,6 +43,7 @@ def test_of_parameters_that_are_right_none_is_named(model: Equations, logs: Call
     assert not found.findings
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("model", "logs", "name", "factor"),
     [
@@ -69,6 +70,7 @@ def test_a_parameter_that_is_wrong_is_named_with_its_size(
     assert again.verdict == "NOTHING_MISSING"
 
 
+@pytest.mark.slow
 def test_a_parameter_is_found_beside_effects_of_the_catalogue() -> None:
     drifting = diagnose(boat(), sailed(14, drag=4.5, wind=(2.0, -1.0)))
     assert ratios(drifting) == pytest.approx({"wind": 2.0, "parameter:drag": 0.75}, rel=0.05)
@@ -82,6 +84,7 @@ def test_what_is_likely_of_a_command_goes_by_how_far_it_goes() -> None:
     assert ratios(diagnose(crane(), logs, exclude=["parameter:*"])) == pytest.approx({"offset:drive": 2.0}, rel=0.03)
 
 
+@pytest.mark.slow
 def test_parameters_that_no_log_parts_are_one_group() -> None:
     """A mass that is too small, rotors that are too strong, and the catalogue's gain of the thrust."""
     left_out = (*(key for key in LEFT_OUT if key != "gain:*"), "gain:w*")
@@ -93,6 +96,7 @@ def test_parameters_that_no_log_parts_are_one_group() -> None:
     assert thrust == pytest.approx(quadrotor().predict(CRAZYFLIE.start, [0.3, 0.0, 0.0, 0.0]), abs=1e-3)
 
 
+@pytest.mark.slow
 def test_one_parameter_is_held_against_logs_as_a_hypothesis() -> None:
     data = sailed(12, mass=30.0)
     tried = try_effect(boat(), "parameter:mass", data)

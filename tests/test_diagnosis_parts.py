@@ -39,6 +39,7 @@ from sym2real.trajectory import Trajectory
 OTHERS = (*LEFT_OUT, "linear_drag", "added_mass", "mounting_tilt")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("gain", "found"), [(0.88, []), (0.5, ["rate_loop_gain"])])
 def test_the_rate_loops_gain_is_a_finding_only_beyond_what_nobody_knows(gain: float, found: list[str]) -> None:
     data = flights_with("rate_loop_gain", {"value": gain})
@@ -170,6 +171,7 @@ def test_the_fit_of_everything_is_the_least_of_errors_and_prior_wherever_the_pri
     assert bool((objective(beside) > objective(best[None])).all())
 
 
+@pytest.mark.slow
 def test_one_rate_command_may_have_a_gain_of_its_own() -> None:
     """Both shared one, and roll alone was a flapping moment with a torque left over that depends on its command."""
     data = flights_with("gain:wx_cmd", {"value": 1.4})
@@ -180,6 +182,7 @@ def test_one_rate_command_may_have_a_gain_of_its_own() -> None:
     assert result.findings[0].values["value"] == pytest.approx(1.4, rel=0.05)
 
 
+@pytest.mark.slow
 def test_each_of_two_alike_commands_scatters_over_logs_by_itself() -> None:
     """By the name of the parameter alone, which both have, one had the other's."""
     data = flights_with_all({"gain:wx_cmd": {"value": 1.4}, "gain:wy_cmd": {"value": 0.8}})
@@ -192,6 +195,7 @@ def test_each_of_two_alike_commands_scatters_over_logs_by_itself() -> None:
     assert first != second
 
 
+@pytest.mark.slow
 def test_a_base_of_thousands_of_constants_is_kept_as_it_is() -> None:
     """Those of six joints are masses and lengths of the simulator's own file; a matrix of each takes gigabytes."""
     arm = ROBOTS["arm"]
@@ -212,6 +216,7 @@ SERVOS = """<mujoco><option timestep="0.002"/><worldbody><body pos="0 0 1">
 <position name="elbow_servo" joint="elbow" kp="70" kv="5" ctrlrange="-2.5 2.5"/></actuator></mujoco>"""
 
 
+@pytest.mark.slow
 def test_an_arm_on_servos_is_calibrated_on_the_manoeuvres_of_its_logs(tmp_path: Path) -> None:
     """A regulator about one posture throws it from limit to limit; under the commands of its logs it moves as there."""
     (tmp_path / "servos.xml").write_text(SERVOS)

@@ -37,11 +37,13 @@ def smallest(found: Plan, effect: str, parameter: str = "value") -> float | None
     return next(one.smallest for one in found.visible if (one.effect, one.parameter) == (effect, parameter))
 
 
+@pytest.mark.slow
 def test_tilt_and_wind_are_one_in_hover_and_two_while_turning() -> None:
     assert inseparable(planned("crazyflie", HOVER), "wind", "mounting_tilt")
     assert not inseparable(planned("crazyflie", HOVER, yaw_rate=0.7), "wind", "mounting_tilt")
 
 
+@pytest.mark.slow
 def test_hover_shows_no_quadratic_drag_and_fast_flight_does() -> None:
     assert smallest(planned("crazyflie", HOVER), "quadratic_drag") is None
     assert smallest(planned("crazyflie", FLIGHTS), "quadratic_drag") is not None

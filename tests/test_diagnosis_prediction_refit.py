@@ -59,6 +59,7 @@ def missed(model: Equations, logs: Dataset) -> float:
     return float(np.mean([error.mean / error.hold for error in errors]))
 
 
+@pytest.mark.slow
 def test_a_delay_in_place_of_a_lag_predicts_drives_better_that_nobody_has_seen() -> None:
     base, refit = MUSHR.nominal(), found().prediction
     assert refit is not None
@@ -72,6 +73,7 @@ def test_a_delay_in_place_of_a_lag_predicts_drives_better_that_nobody_has_seen()
     assert "delay:speed value" in prediction_lines(found())[0]
 
 
+@pytest.mark.slow
 def test_no_value_nearby_predicts_the_logs_better() -> None:
     """By the loss as it is written, from windows one by one: position and heading over what they change by.
 
@@ -103,12 +105,14 @@ def test_no_value_nearby_predicts_the_logs_better() -> None:
     assert min(losses, key=losses.__getitem__) == 1.0
 
 
+@pytest.mark.slow
 def test_the_order_of_logs_is_nothing_to_it() -> None:
     turned = in_place_of_others(DELAY, Dataset([*drives(3, 6)][::-1]))
     assert turned.predicts_better
     assert refitted(turned) == pytest.approx(refitted(found()), rel=1e-3)
 
 
+@pytest.mark.slow
 def test_values_of_the_right_form_stay() -> None:
     others = [*LEFT_OUT, "rotor*", "rate*", "com_offset", "mounting_tilt", "sensor*", "*_drag"]
     answer = diagnose(CRAZYFLIE.nominal(), flights("added_mass", value=0.004), exclude=others)
@@ -120,6 +124,7 @@ def test_values_of_the_right_form_stay() -> None:
     assert models[0].effects == models[1].effects
 
 
+@pytest.mark.slow
 def test_a_single_log_is_judged_by_its_last_third() -> None:
     answer = in_place_of_others(DELAY, noisy_runs(MUSHR, TASKS, [SLOW_MOTOR], count=1, rows=900, seed=5))
     assert answer.predicts_better
@@ -139,6 +144,7 @@ def test_a_fall_counts_where_blocks_agree_and_are_more_than_one(spread: float, k
     assert PredictionRefit(HORIZON, (), stage(1.0, np.zeros(200)), stage(0.9, drawn)).kept is kept
 
 
+@pytest.mark.slow
 def test_both_models_are_written(tmp_path: Path) -> None:
     written = write_diagnosis(MUSHR.nominal(), drives(3, 6), found(), tmp_path, Console(file=io.StringIO()))
     folders = [tmp_path / name for name in ("model", "model_prediction")]

@@ -36,6 +36,7 @@ def row(key: str) -> Visible:
     return next(one for one in planned().visible if one.effect == key)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("key", ["offset:drive", "joint_friction:slider"])
 def test_twice_the_smallest_is_found_and_a_third_of_it_is_not(key: str) -> None:
     smallest = row(key).smallest
@@ -46,6 +47,7 @@ def test_twice_the_smallest_is_found_and_a_third_of_it_is_not(key: str) -> None:
     assert small.verdict == "NOTHING_MISSING"
 
 
+@pytest.mark.slow
 def test_what_is_found_may_be_too_small_to_matter() -> None:
     """An offset of a motor that makes up for errors of the place: found long before predictions are worse without."""
     found = row("offset:drive")

@@ -32,6 +32,7 @@ def test_a_search_takes_a_rotor_away_as_adding_the_effect_does(rotor: int) -> No
     assert float((searched - library.model(library.equations.dt)(state, action, None, library.null)).abs().max()) > 1e-3
 
 
+@pytest.mark.slow
 def test_a_weak_rotor_is_named_and_not_a_mass_off_centre() -> None:
     base = equations()
     others = [one.key for one in applicable(base) if one.key not in RIVALS]

@@ -37,6 +37,7 @@ def plain() -> Dataset:
     return flights_with("", {})
 
 
+@pytest.mark.slow
 def test_honest_logs_have_no_fault_and_are_looked_at_once() -> None:
     model, honest = CRAZYFLIE.nominal(), plain()
     checked = check(model, honest)
@@ -54,6 +55,7 @@ def test_logs_without_names_and_with_one_name_are_told_apart() -> None:
     assert [log.name for log in check_data(Question(model, data)).checked.data] == [log.name for log in data]
 
 
+@pytest.mark.slow
 def test_what_the_model_says_of_its_sensors_is_no_fault_and_its_absence_is() -> None:
     turned = changed(plain(), "wy", lambda rate: -rate)
     knowing = add(CRAZYFLIE.nominal(), "sensor_sign:wy", {"value": -1.0})
@@ -171,6 +173,7 @@ def test_a_model_of_one_scale_for_every_sensor_is_no_clock() -> None:
     ]
 
 
+@pytest.mark.slow
 def test_sensors_that_were_found_wrong_are_in_the_model() -> None:
     """It predicts what they report: the same logs then show no fault, with a bias and a scale of one sensor too."""
     base, raw = CRAZYFLIE.nominal(), changed(changed(plain(), "wy", lambda w: 1.3 * w + 0.2), "wx", lambda w: -w)

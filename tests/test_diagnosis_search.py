@@ -29,6 +29,7 @@ def test_parameters_that_change_nothing_stay_put(size: int) -> None:
     assert still.tolist() == [[0.0] * size] * 3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("arm", [0.08, 0.09])
 def test_an_arm_and_slipping_tyres_that_hide_each_other_are_found_together(arm: float) -> None:
     """The longer arm alone saves something, but not beyond chance."""
@@ -41,12 +42,14 @@ def test_an_arm_and_slipping_tyres_that_hide_each_other_are_found_together(arm: 
     assert by_name == pytest.approx({"lever_arm": arm, "tyre_slip": 0.03}, rel=0.15)
 
 
+@pytest.mark.slow
 def test_in_a_healthy_car_no_effect_and_no_pair_is_found() -> None:
     selection = selection_of(Case("mushr", seed=5))
     Beam(selection).search()
     assert selection.chosen == []
 
 
+@pytest.mark.slow
 def test_a_delay_that_stays_where_its_fit_began_is_found_from_its_other_starts() -> None:
     selection = selection_of(Case("mushr", (("delay", {"value": 0.16}),), seed=5))
     (delay,) = (one for one in selection.candidates if one.name == "delay")
@@ -61,6 +64,7 @@ def test_a_delay_that_stays_where_its_fit_began_is_found_from_its_other_starts()
     assert selection.fit.total < 0.5 * stuck.total
 
 
+@pytest.mark.slow
 def test_what_is_none_within_its_interval_does_not_stand_beside_what_is_there() -> None:
     selection = selection_of(Case("mushr", (("offset:steer", {"value": 0.05}),), seed=5))
     offset, gain = (one for name in ("offset:steer", "gain:speed") for one in selection.candidates if one.name == name)
@@ -76,6 +80,7 @@ def test_what_is_none_within_its_interval_does_not_stand_beside_what_is_there() 
     assert refuted(selection) is None
 
 
+@pytest.mark.slow
 def test_nothing_that_comes_before_the_search_depends_on_the_order_of_the_logs() -> None:
     """The base is a lag behind its simulator, which a delay explains as well: the choice was left to rounding."""
     slow = MujocoPlant(MUSHR, [effect("lag:speed", MUSHR).inject(value=0.01)])

@@ -34,10 +34,12 @@ def diagnosed(folder: Path, drives: int, rows: int, *effects: tuple[str, Mapping
     return diagnose(model, logs, MujocoPlant(MUSHR))
 
 
+@pytest.mark.slow
 def test_a_healthy_car_at_half_the_models_rate_misses_nothing(tmp_path: Path) -> None:
     assert diagnosed(tmp_path, 4, 200).verdict == "NOTHING_MISSING"
 
 
+@pytest.mark.slow
 def test_a_delay_between_two_rows_is_found_to_a_fraction_of_a_row(tmp_path: Path) -> None:
     found = diagnosed(tmp_path, 6, 120, ("delay:steer", {"value": DELAY}))
     assert [finding.effect for finding in found.findings] == ["delay:steer"]
@@ -104,6 +106,7 @@ def every_second_row(data: Dataset, folder: Path) -> Dataset:
     return read_logs(folder, layouts=MUSHR.layouts, dt=MUSHR.dt)
 
 
+@pytest.mark.slow
 def test_a_delay_keeps_its_value_where_half_of_the_commands_are_lost(tmp_path: Path) -> None:
     """Commands that are held over a row are late by half of it, and so much less would be left for the delay."""
     data = simulate_case(Case("mushr", (("delay", {"value": 0.1}),), seed=42), 4)
@@ -112,6 +115,7 @@ def test_a_delay_keeps_its_value_where_half_of_the_commands_are_lost(tmp_path: P
     assert found[0].values["value"] == pytest.approx(0.1, abs=0.01)
 
 
+@pytest.mark.slow
 def test_commands_that_a_recorder_lost_are_no_effect(tmp_path: Path) -> None:
     data = simulate_case(Case("mushr", (("yaw_bias", {"value": 0.035}),), seed=41), 4)
     model, logs = MUSHR.nominal(), every_second_row(data, tmp_path)

@@ -30,6 +30,7 @@ def located(seed: int, gain: float | None = None) -> Dataset:
     return Dataset(logs)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [72, 75])
 def test_an_effect_of_less_than_a_hundredth_of_the_loss_is_named_where_it_is_alone(seed: int) -> None:
     logs, plant = located(seed, gain=0.98), MujocoPlant(MUSHR)
@@ -41,6 +42,7 @@ def test_an_effect_of_less_than_a_hundredth_of_the_loss_is_named_where_it_is_alo
     assert finding.parameters["value"].low < 0.98 < finding.parameters["value"].high
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [72, 75])
 def test_without_it_nothing_is_missing(seed: int) -> None:
     assert diagnose(MUSHR.nominal(), located(seed), plant=MujocoPlant(MUSHR)).verdict == "NOTHING_MISSING"

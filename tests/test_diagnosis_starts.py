@@ -88,6 +88,7 @@ def shuttled(robot: Robot, seed: int) -> Trajectory:
     return Trajectory.from_arrays(np.array(rows), np.array(sent), robot.layouts, dt=robot.dt, name=f"drive {seed}")
 
 
+@pytest.mark.slow
 def test_dry_friction_beside_a_damping_is_no_more_damping(tmp_path: Path) -> None:
     """A step from no friction finds a damping: the covariance then takes the rest for disturbances."""
     (file := tmp_path / "rail.xml").write_text(RAIL)

@@ -38,16 +38,19 @@ def found_in(data: Dataset, chance: float | None = None) -> Swing | None:
     return find_swing(Problems.of(whitened.problem, whitened.whitening), whitened.values, chance)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("chance", [None, 0.2])
 def test_no_swing_is_found_in_flights_on_periodic_paths(chance: float | None) -> None:
     """Frequencies share the chance, of which there are dozens."""
     assert found_in(flights_with("", {}, steps=400), chance) is None
 
 
+@pytest.mark.slow
 def test_a_steady_wind_is_no_swing() -> None:
     assert found_in(flights_with("wind", {"fx": 0.02, "fy": 0.0}, steps=400)) is None
 
 
+@pytest.mark.slow
 def test_a_swing_is_named_with_its_frequency_and_size() -> None:
     data = flights_with("periodic_force", FORCE, steps=400)
     found = diagnose(CRAZYFLIE.nominal(), data, exclude=OTHERS)
@@ -76,6 +79,7 @@ def test_the_angle_in_the_logs_is_the_one_that_the_force_had() -> None:
     assert np.allclose(np.cos(swing.phases), 1.0, atol=0.05)
 
 
+@pytest.mark.slow
 def test_a_swing_that_moves_a_car_more_than_all_else_is_no_disturbance() -> None:
     """What swings makes disturbances look larger, and so a large one was hidden where half of it was found."""
     size = {"fx": -4.6, "fy": 1.8, "omega": 4.1}
@@ -86,6 +90,7 @@ def test_a_swing_that_moves_a_car_more_than_all_else_is_no_disturbance() -> None
     assert np.hypot(first.values["fx"], first.values["fy"]) == pytest.approx(np.hypot(size["fx"], size["fy"]), rel=0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("force", [0.0, 0.008], ids=["healthy", "a force that swings"])
 def test_a_path_that_moves_at_the_frequency_of_a_force_hides_none_and_makes_none(force: float) -> None:
     """Hops from place to place have all frequencies, and more of these than such a force could make."""
@@ -118,6 +123,7 @@ def hops(seed: int, force: float) -> Trajectory:
     )
 
 
+@pytest.mark.slow
 def test_a_swing_is_found_from_about_the_size_on_that_a_plan_announces() -> None:
     """The plan sees healthy flights alone; the force that swings is MuJoCo's."""
     announced = plan(CRAZYFLIE.nominal(), flights_with("", {}, steps=400), exclude=OTHERS).visible

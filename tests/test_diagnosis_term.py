@@ -33,6 +33,7 @@ def flights() -> Dataset:
     return simulate_case(Case("crazyflie", (("quadratic_drag", {"value": 0.05}),), seed=3), trajectories=8, rows=220)
 
 
+@pytest.mark.slow
 def test_a_term_is_proposed_and_lowers_the_error_of_flights_not_seen(flights: Dataset, tmp_path: Path) -> None:
     base = CRAZYFLIE.nominal()
     fitted, fresh = Dataset(list(flights)[:6]), Dataset(list(flights)[6:])
@@ -80,6 +81,7 @@ def test_a_broken_term_gets_one_clear_error(
         add_term(CRAZYFLIE.nominal(), channel, expression)
 
 
+@pytest.mark.slow
 def test_a_term_beside_a_battery_by_voltage_is_of_the_size_of_what_is_missing() -> None:
     """A sag per volt that is taken for one per second would leave newtons for the term to make up."""
     hidden = (("battery_sag", {"value": 0.01}), ("wind", {"fx": 0.02}))

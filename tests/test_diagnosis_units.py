@@ -270,6 +270,7 @@ def logs_with(robot: Robot, key: str, values: Factors) -> Dataset:
     return simulate_case(Case("mushr", ((key, values),) if key else (), seed=4), 3, 200)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("robot", "key", "values"), EFFECTS)
 def test_a_strong_effect_is_no_other_unit_whether_the_model_has_it_or_not(
     robot: Robot, key: str, values: Factors
@@ -303,6 +304,7 @@ def test_a_noisy_sensor_is_in_no_other_unit(noise: float, columns: str) -> None:
     assert breaches(Dataset(noisy[:1]), CRAZYFLIE.nominal())[0] == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rows", [30, 150])
 def test_velocities_along_body_axes_are_no_positions_in_another_unit(rows: int) -> None:
     for log in short_drives():
@@ -380,12 +382,14 @@ def test_the_fix_mends_the_log(tmp_path: Path, factors: Factors, lines: list[str
     assert check(model, Dataset([mended])).faults == ()
 
 
+@pytest.mark.slow
 def test_sound_logs_of_both_robots_and_a_hover_alone_have_no_breach() -> None:
     assert breaches(flights(), CRAZYFLIE.nominal())[0] == []
     assert breaches(Dataset([flights()[0]]), CRAZYFLIE.nominal())[0] == []
     assert breaches(drives(), MUSHR.nominal())[0] == []
 
 
+@pytest.mark.slow
 def test_compare_and_diagnose_say_it_and_nothing_else_is_missing() -> None:
     broken, model = times(flights(), of("wx wy wz", DEGREES)), CRAZYFLIE.nominal()
     lines = compare(model, broken).data.lines()

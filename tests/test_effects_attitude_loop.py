@@ -59,6 +59,7 @@ def test_the_loop_is_that_of_the_other_time_constant(factor: float) -> None:
     torch.testing.assert_close(found, wanted, rtol=0.0, atol=2e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("time", [0.25, 0.09])
 def test_another_time_constant_is_named(time: float) -> None:
     found = diagnose(BASE, [flown(time, seed) for seed in range(4)])
@@ -69,6 +70,7 @@ def test_another_time_constant_is_named(time: float) -> None:
     assert value.low * NOMINAL <= time <= value.high * NOMINAL
 
 
+@pytest.mark.slow
 def test_another_trim_is_named_and_no_tilted_board() -> None:
     """The attitude that is held lies beside the one that is told, and thrust acts along it, as it is measured."""
     trim = Rotation.from_euler("XY", [0.034, -0.02])
@@ -81,6 +83,7 @@ def test_another_trim_is_named_and_no_tilted_board() -> None:
         assert value.value == pytest.approx(angle, abs=0.003)
 
 
+@pytest.mark.slow
 def test_a_tilted_board_is_no_trim() -> None:
     """What the sensor says is what was told; thrust acts beside it."""
     board = Rotation.from_euler("XY", [0.034, -0.02])
@@ -88,6 +91,7 @@ def test_a_tilted_board_is_no_trim() -> None:
     assert [finding.effect for finding in found.findings] == ["mounting_tilt"], found.summary
 
 
+@pytest.mark.slow
 def test_a_loop_as_nominal_misses_nothing() -> None:
     assert not diagnose(BASE, [flown(NOMINAL, seed) for seed in range(4)]).findings
 

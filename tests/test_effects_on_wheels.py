@@ -47,6 +47,7 @@ def test_a_force_moves_a_car_along_its_heading_alone(yaw: float, wrenchless: Equ
     np.testing.assert_allclose(moved, true, atol=0.1 * np.abs(true).max() if yaw == 0.0 else 2e-3)
 
 
+@pytest.mark.slow
 def test_a_slope_in_noisy_drives_is_predicted_without_a_wrench(wrenchless: Equations) -> None:
     data = simulate_case(Case("mushr", (("slope", {"gx": 0.685, "gy": -0.07}),), seed=8), trajectories=4)
     bare = Dataset(replace(log, inputs=np.zeros((len(log), 0)), layouts=wrenchless.layouts) for log in data)

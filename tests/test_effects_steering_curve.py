@@ -51,6 +51,7 @@ def driven(seed: int, *, alike: bool) -> Trajectory:
     return Trajectory.from_arrays(state, np.array(told), BASE.layouts, dt=DT)
 
 
+@pytest.mark.slow
 def test_front_wheels_that_are_turned_alike_are_named_and_no_gain() -> None:
     """About the middle the curvature is κL = tan δ (1 - s² δ²) with s = track / 2 wheelbase; the curve is its mean."""
     found = diagnose(BASE, [driven(seed, alike=True) for seed in range(6)])

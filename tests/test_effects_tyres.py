@@ -138,6 +138,7 @@ def standard_drives(*changes: Change) -> Dataset:
     return Dataset([standard_run(MUSHR, plant, 3, index) for index in range(0, 8, 2)])
 
 
+@pytest.mark.slow
 def test_tyres_that_must_roll_before_they_push_are_named_and_not_a_lag_of_the_steering() -> None:
     data = standard_drives(effect("relaxation_length", MUSHR).inject(value=0.1))
     found = diagnose(nominal(MUSHR), data, MujocoPlant(MUSHR))
@@ -145,6 +146,7 @@ def test_tyres_that_must_roll_before_they_push_are_named_and_not_a_lag_of_the_st
     assert found.findings[0].values["value"] == pytest.approx(0.1, rel=0.1)
 
 
+@pytest.mark.slow
 def test_a_soft_steering_with_caster_is_diagnosed_as_the_understeer_that_its_circles_have() -> None:
     """The ground pushes the front wheels behind their steering axes, against servos that give way."""
 

@@ -75,6 +75,7 @@ def told(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> str:
     return " ".join("".join(capsys.readouterr()).split())
 
 
+@pytest.mark.slow
 def test_planning_with_the_target_itself_beats_the_plain_base() -> None:
     """The same episodes, samples and noise; only what the model knows differs."""
     target = case("com-3")
@@ -104,6 +105,7 @@ def test_the_reference_knows_every_target_of_the_judged_cases() -> None:
     assert not has_reference(case("car-plain"))  # a gain of the speed command is a filter
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("contestant", ["sr-sr", "nn-nn", "nn-sr"])
 def test_the_paper_s_other_pairs_adapt_too(contestant: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     base = BASE.to_json()
@@ -118,6 +120,7 @@ def test_the_paper_s_other_pairs_adapt_too(contestant: str, tmp_path: Path, monk
     assert (tmp_path / "ensemble-crazyflie-2-2x16").exists() == contestant.startswith("nn")
 
 
+@pytest.mark.slow
 def test_an_effect_that_the_logs_name_goes_into_the_base() -> None:
     effort = replace(SMALL, rows=250)
     answer = Adapted(case("mass-26"), "sr-effect", 1, effort, BASE.to_json()).run(silent)
@@ -153,6 +156,7 @@ def test_how_soon_a_curve_converges() -> None:
     assert trajectories_to_converge(np.array([0.5, 0.11, 0.1, 0.1, 0.1])) == 2
 
 
+@pytest.mark.slow
 def test_bases_that_were_being_kept_when_their_process_ended_are_learned_anew(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -233,12 +237,14 @@ def test_titles_of_a_file_are_words_and_no_markup() -> None:
     assert all(title in console.file.getvalue() for title in ("bumps [/m]", *titles))
 
 
+@pytest.mark.slow
 def test_from_scratch_every_trajectory_is_judged() -> None:
     errors = np.array(FromScratch("crazyflie", "sr", 1, SMALL).run(silent)["errors"])
     assert errors.shape == (3, 6)
     assert errors[-1].mean() < errors[0].mean()
 
 
+@pytest.mark.slow
 def test_equations_reach_a_goal_that_their_training_never_had(monkeypatch: pytest.MonkeyPatch) -> None:
     """Three hovering flights teach a base that flies to the same goal and to one elsewhere."""
     monkeypatch.setattr(zero_shot, "RUNS", 1)
@@ -246,6 +252,7 @@ def test_equations_reach_a_goal_that_their_training_never_had(monkeypatch: pytes
     assert zero_shot.ZeroShot("crazyflie", "sr", 1, SMALL).run(silent) == {"seen": 100.0, "unseen": 100.0}
 
 
+@pytest.mark.slow
 def test_noise_costs_dependences() -> None:
     """The same flights, fitted from clean logs and from noisy ones."""
     base = BASE.to_json()
@@ -257,6 +264,7 @@ def test_noise_costs_dependences() -> None:
     assert scores[True] != scores[False]
 
 
+@pytest.mark.slow
 def test_a_policy_learns_in_the_plain_simulator() -> None:
     pytest.importorskip("stable_baselines3", reason="needs the extra `rl`")
     plain = targets()[0]
@@ -287,6 +295,7 @@ effects = [{ effect = "added_mass", value = 0.007 }]
 """
 
 
+@pytest.mark.slow
 def test_the_command_line_runs_cases_of_ones_own(
     tmp_path: Path, refused: Refused, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -178,6 +178,7 @@ def test_arrays_need_stamps_or_a_step() -> None:
         Trajectory.from_arrays(np.zeros((2, 3)), np.zeros((2, 2)), layouts, dt=0.1)
 
 
+@pytest.mark.slow
 def test_a_notebook_shows_answers(flight: Trajectory, equations: Equations, tmp_path: Path) -> None:
     """One line, a table and a picture of each; nothing is a heap of arrays."""
     gap = compare(equations, flight)
@@ -258,6 +259,7 @@ def test_what_is_no_log_is_refused_with_what_makes_one(given: Any, equations: Eq
         compare(equations, [])
 
 
+@pytest.mark.slow
 def test_a_log_may_have_more_columns_than_the_model_but_none_less(flight: Trajectory, equations: Equations) -> None:
     """Read without a model a flight has rates as well: equations without them take of it what they know."""
     whole = read_log(example_flight(), SPEC, dt=0.02).rows(0, 400)

@@ -103,6 +103,7 @@ def exchanged(one: str, other: str, sign: float = 1.0) -> Callable[[Columns], Co
     return lambda columns: {**columns, one: columns[other], other: sign * columns[one]}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("change", "said"),
     [
@@ -128,6 +129,7 @@ def test_signs_of_nobody_knows_which_axes_are_those_of_the_standard_frame() -> N
     assert "z up" in fault.fix
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scale", [1.15, 0.8])
 def test_a_wheel_is_named_with_the_scale_that_mends_it(tmp_path: Path, scale: float) -> None:
     files = [of_car(log) for log in drives()]
@@ -148,6 +150,7 @@ def test_a_gyros_scale_is_mended_by_its_inverse(tmp_path: Path) -> None:
     assert check(CRAZYFLIE.nominal(), read(tmp_path, files, as_advised(NED, fault), CRAZYFLIE)).faults == ()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("sense", "zero"), [(-1.0, 0.0), (-1.0, np.pi / 2), (1.0, np.pi / 2), (-1.0, 0.6)], ids=str)
 @pytest.mark.parametrize("directed", [True, False], ids=["wheel", "its size"])
 def test_a_compass_is_the_only_fault_of_what_is_made_with_it(

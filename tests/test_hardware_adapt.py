@@ -22,6 +22,7 @@ PATIENT = "--limits.pose-age 60 --limits.late 60 --limits.overruns 10000"
 FAR = "--limits.low -9 -9 --limits.high 9 9"
 
 
+@pytest.mark.slow
 def test_a_car_is_put_back_before_every_round_and_each_is_recorded(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -44,6 +45,7 @@ def test_a_car_is_put_back_before_every_round_and_each_is_recorded(
     assert [int(sum(drive["stage"] == 1.0)) for drive in drives] == [120, 60]
 
 
+@pytest.mark.slow
 def test_a_dry_run_checks_the_drone_and_sends_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     save_model(CRAZYFLIE.nominal(), tmp_path / "model")
     out = tmp_path / "adapted"
@@ -56,6 +58,7 @@ def test_a_dry_run_checks_the_drone_and_sends_nothing(tmp_path: Path, capsys: py
     assert not out.exists()
 
 
+@pytest.mark.slow
 def test_a_person_is_asked_to_put_the_car_back(monkeypatch: pytest.MonkeyPatch) -> None:
     said: list[str] = []
     with MushrLaboratory(sim=True).open(MUSHR.start, said.append) as fake:

@@ -111,6 +111,7 @@ def mirrored(data: Dataset, change: Callable[[Array], Array]) -> Dataset:
     return Dataset(with_angles(log, change(own)[:, None]) for log, own in zip(data, headings, strict=True))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("zero", [0.0, np.pi / 2])
 def test_a_diagnosis_turns_the_heading_and_leaves_the_steering(zero: float) -> None:
     data = simulate_case(Case("mushr", (), seed=4), rows=200)
@@ -125,6 +126,7 @@ def test_a_diagnosis_turns_the_heading_and_leaves_the_steering(zero: float) -> N
         np.testing.assert_allclose(mine.state, original.state, atol=0.06 if zero else 1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("effect", ["tyre_friction", "yaw_bias", "lateral_slip", "offset:steer"])
 def test_what_hides_in_a_car_is_no_turned_heading(effect: str) -> None:
     values = {"tyre_friction": 0.3, "yaw_bias": 0.035, "lateral_slip": 5.0, "offset:steer": 0.1}

@@ -134,6 +134,7 @@ def test_an_effect_drawn_by_seed_is_found_and_adding_it_lowers_the_held_out_erro
     asserted_chain(*flown)
 
 
+@pytest.mark.slow
 def test_a_flipped_sign_in_the_substitution_breaks_the_story(
     flown: tuple[Hidden, Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -146,6 +147,7 @@ def test_the_drag_of_the_real_flight_is_found_and_adding_it_lowers_the_error_of_
     asserted_chain_of_the_real_flight()
 
 
+@pytest.mark.slow
 def test_a_flipped_sign_breaks_the_story_of_the_real_flight(monkeypatch: pytest.MonkeyPatch) -> None:
     flip(monkeypatch, "linear_drag")
     with pytest.raises(AssertionError):

@@ -78,6 +78,7 @@ def test_a_hypothesis_beside_a_larger_effect_is_supported(tmp_path: Path) -> Non
     assert "load:hand in its place lowers it" in tried.summary
 
 
+@pytest.mark.slow
 def test_the_zero_of_an_encoder_is_named(tmp_path: Path) -> None:
     """Of the elbow's alone; the shoulder's is a base that stands askew, which these logs cannot tell from it."""
     for place, key in ((1, "gravity_tilt"), (2, "sensor_bias:q2")):
@@ -187,6 +188,7 @@ def test_a_servo_is_told_no_place_beyond_its_joints_range() -> None:
     np.testing.assert_allclose(np.rad2deg([robot.low[0], robot.high[0]]), [-90.0, 60.0])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("key", "value", "armature"), [("joint_friction:q", 0.05, 2e-3), ("joint_damping:q", 0.1, 0.0)]
 )

@@ -82,6 +82,7 @@ def test_no_step_is_lost_and_there_are_many_headings(count: int, logs: dict[str,
     np.testing.assert_allclose(next(speeds)[: len(own)], next(speeds), atol=1e-12)
 
 
+@pytest.mark.slow
 def test_long_logs_are_turned_piece_by_piece_and_no_longer_than_they_were() -> None:
     data = simulate_case(Case("mushr", seed=3), trajectories=8)
     steps = at_many_headings(data)
@@ -124,6 +125,7 @@ def learned(robot: str) -> Equations:
         return learn_from_logs(measured(robot), paths, None, "beam").equations
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("robot", PAPER_ROBOTS)
 def test_equations_of_logs_predict_turned_worlds_as_well(robot: str) -> None:
     """Nobody flew to all sides: without turns a quadrotor is a hundred times as far off, a car four times."""
@@ -154,6 +156,7 @@ def test_velocities_by_differences_do_not_make_a_car_slower() -> None:
     assert kept == pytest.approx(np.exp(-ROBOTS["mushr"].dt / SPEED_TIME_CONSTANT), abs=0.015)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("arm", "about"), [("rx", "offset:wy_cmd"), ("ry", "offset:wx_cmd")])
 def test_of_offsets_that_compete_as_one_only_those_that_are_there_are_named(arm: str, about: str) -> None:
     """A centre of mass that is off along one axis, and a base without inertia: it is an offset about the other axis."""
@@ -164,6 +167,7 @@ def test_of_offsets_that_compete_as_one_only_those_that_are_there_are_named(arm:
     assert found.findings[0].share > 0.9
 
 
+@pytest.mark.slow
 def test_velocities_that_a_filter_made_late_are_moved(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Two rows; nothing in the file says so but the positions. What is learned from is what was true."""
     seen: list[Array] = []

@@ -227,6 +227,7 @@ def test_a_model_of_standard_columns_finds_what_is_found_without_it() -> None:
     assert with_model.spec.attitude == plain.spec.attitude
 
 
+@pytest.mark.slow
 def test_the_same_motion_has_the_same_answer_however_it_was_logged(tmp_path: Path) -> None:
     """In degrees under other names, and without rates, which follow from the angles."""
     motions = [two_links.swings(0.2, 0.25, seed=seed, seconds=8.0) for seed in (1, 2, 3)]

@@ -119,6 +119,7 @@ def test_flights_and_drives_stay_as_they_are() -> None:
     assert in_motion(drive) == [drive]
 
 
+@pytest.mark.slow
 def test_a_log_from_before_the_take_off_is_judged_by_its_flight() -> None:
     """The floor carries it: to a model that falls there nothing is missing."""
     flown, model = flights(), CRAZYFLIE.nominal()

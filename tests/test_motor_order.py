@@ -25,6 +25,7 @@ def lagging() -> Dataset:
     return motor_flights(lag=0.05)
 
 
+@pytest.mark.slow
 def test_every_other_order_is_named(lagging: Dataset) -> None:
     model = equations()
     assert order_of_motors(model, lagging) is None
@@ -103,6 +104,7 @@ def test_an_order_is_said_and_undone(lagging: Dataset) -> None:
         np.testing.assert_array_equal(mine.action, original.action)
 
 
+@pytest.mark.slow
 def test_rotors_that_turn_the_other_way_are_said_and_undone() -> None:
     data = motor_flights(spin=OTHER_WAY)
     checked = check(equations(), reordered(data, PX4))

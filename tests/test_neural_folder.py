@@ -82,6 +82,7 @@ def test_an_ensemble_keeps_fields_that_no_vocabulary_knows(tmp_path: Path) -> No
     torch.testing.assert_close(opened(state, action), before(state, action))
 
 
+@pytest.mark.slow
 def test_other_programs_fly_the_whole(tmp_path: Path) -> None:
     """Base and residual, in a process without this package."""
     kinds = [kind for kind in MODELS if "hidden" not in kind]

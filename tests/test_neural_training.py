@@ -157,6 +157,7 @@ def test_columns_that_only_help_together_are_taken_together() -> None:
     assert not shares(error[:, None], 0 * parts, layout).any()
 
 
+@pytest.mark.slow
 def test_a_noisy_log_of_one_task_helps_on_another(base: Equations) -> None:
     wind = effect("wind", CRAZYFLIE).inject(fx=0.02, fy=0.01)
     noise = sensors(CRAZYFLIE, np.random.default_rng(0))
@@ -166,6 +167,7 @@ def test_a_noisy_log_of_one_task_helps_on_another(base: Equations) -> None:
     assert position_error(doubled(model), elsewhere, 40) < 0.4 * position_error(alone, elsewhere, 40)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("steps", [1, 10])
 def test_what_mujoco_pushes_with_is_found(windy: Transitions, base: Equations, steps: int) -> None:
     model, report = ResidualTraining(steps=steps).fit_reported(windy, base)
@@ -182,6 +184,7 @@ def test_what_mujoco_pushes_with_is_found(windy: Transitions, base: Equations, s
     assert position_error(doubled(model), elsewhere) < 0.5 * position_error(alone, elsewhere)
 
 
+@pytest.mark.slow
 def test_what_a_loop_brakes_is_learned_from_one_flight(base: Equations) -> None:
     """A centre of mass off the middle turns the robot against its rate loop: errors of rates soon grow no further."""
     plant = MujocoPlant(CRAZYFLIE, (effect("com_offset", CRAZYFLIE).inject(rx=0.003),))
@@ -199,6 +202,7 @@ def test_what_a_loop_brakes_is_learned_from_one_flight(base: Equations) -> None:
     assert position_error(doubled(model), elsewhere, 40) < 0.25 * position_error(alone, elsewhere, 40)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("learner", "least"), [(ResidualTraining(widths=(32,)), 0.8), (FineTuning(), 0.99)])
 def test_what_goes_by_commands_that_jump_is_learned(learner: ResidualTraining | FineTuning, least: float) -> None:
     """The speed command is too strong: what a row lacks goes by its own command and not by the one before."""
@@ -232,6 +236,7 @@ def test_a_frozen_base_stays_and_the_same_seed_gives_the_same_bits(windy: Transi
     assert not torch.equal(other.linears[0].weight, found[0].linears[0].weight)
 
 
+@pytest.mark.slow
 def test_a_heavy_penalty_leaves_the_base(windy: Transitions, base: Equations) -> None:
     sizes = []
     for penalty in (1e-3, 1.0, 1e6):
@@ -258,6 +263,7 @@ def trained(windy: Transitions, base: Equations) -> Composed:
     return ResidualTraining(descent=QUICK).fit(windy, base)
 
 
+@pytest.mark.slow
 def test_training_goes_on_from_an_earlier_result(windy: Transitions, base: Equations, trained: Composed) -> None:
     short = ResidualTraining(descent=Descent(steps=20, learning_rate=1e-3))
     again = short.fit(windy, base, trained)

@@ -74,6 +74,7 @@ def test_what_is_made_of_a_model_holds_its_robot_too(folder: Path, tmp_path: Pat
     main(["simulate", simulator, "regulate", "--seconds", "0.5", "--out", str(tmp_path / "log.csv")])
 
 
+@pytest.mark.slow
 def test_every_question_has_an_answer_from_the_folder_alone(folder: Path, tmp_path: Path) -> None:
     model, logs = str(folder / "arm"), [str(folder / f"swing{seed}.csv") for seed in (1, 2)]
     assert result_of(["compare", model, *logs], tmp_path)["horizons"]
@@ -90,6 +91,7 @@ def test_every_question_has_an_answer_from_the_folder_alone(folder: Path, tmp_pa
     assert "load" in {row["name"] for row in known["effects"]}
 
 
+@pytest.mark.slow
 def test_goals_of_joints_are_planned_before_anything_moves(
     folder: Path, tmp_path: Path, refused: Refused, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -21,6 +21,7 @@ SPEC = "crazyflie_battery_drag"
 NOMINAL = ["nominal", "quadrotor", "--interface", "motors", "--attitude", "measured", "--spec", SPEC]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("mass", "said"), [([], 1), (["--mass", "0.027"], 0)], ids=["no mass", "a mass"])
 def test_forces_per_kilogram_are_said_to_be(
     mass: list[str], said: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]

@@ -22,6 +22,7 @@ def answer(folder: Path, name: str, stem: str) -> Answer:
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stem", ["baseline_35wind", "baseline_nowind"])
 def test_wind_is_a_force_and_its_absence_a_thrust_curve(shared_data: Path, stem: str) -> None:
     one = answer(shared_data, "quadrotor_wind", stem)
@@ -31,6 +32,7 @@ def test_wind_is_a_force_and_its_absence_a_thrust_curve(shared_data: Path, stem:
     assert (abs(mean_residual(one.data[0])[0]) > 1.0) == ("35" in stem)
 
 
+@pytest.mark.slow
 def test_drag_and_sag_are_named_from_motors_and_voltage(shared_data: Path) -> None:
     figures = battery_figures([answer(shared_data, "crazyflie_battery_drag", "B7_oval_fast_rep2")])
     assert [figure.name for figure in figures if figure.holds is False] == []
@@ -42,6 +44,7 @@ def fastest(findings: dict[str, dict[str, float]]) -> float:
     return findings["limit:speed"]["upper"] * findings.get("gain:speed", {}).get("value", 1.0)
 
 
+@pytest.mark.slow
 def test_a_speed_limit_and_a_steering_offset_are_named_from_the_learned_base(shared_data: Path) -> None:
     name = "mushr_steering_offset"
     one = next(answers(name, sorted((shared_data / name).glob("*.csv"))[:3]))

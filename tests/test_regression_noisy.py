@@ -32,6 +32,7 @@ def runs(robot: Robot, seed: int) -> Dataset:
     return Dataset(replace(log, inputs=np.zeros((len(log), 0)), layouts=layouts) for log in logs)
 
 
+@pytest.mark.slow
 def test_noisy_logs_give_equations_that_predict() -> None:
     """Step by step the velocity of a quadrotor seems to stay what it is, and its error is several times as large.
 

@@ -44,6 +44,7 @@ def test_pushed_flights_never_seen_are_predicted(learned: Equations) -> None:
         assert errors[column] < 0.05 * blind[column]
 
 
+@pytest.mark.slow
 def test_without_a_wrench_the_equations_are_those_of_the_unpushed_flights() -> None:
     """Whatever the degree: the wrench is fitted to what the unpushed flights' equations leave."""
     unpushed, search = flights(1, count=2), BeamSearch(degree=2, search=SearchSettings(growth=3))

@@ -51,6 +51,7 @@ def test_numbers_come_back_to_five_digits(values: list[float], copies: int) -> N
     np.testing.assert_allclose(found, given_values, rtol=1e-4)
 
 
+@pytest.mark.slow
 def test_switches_are_the_findings_and_nothing_else() -> None:
     """All off is the base, all on what ``apply`` puts into a model, in every row of every window."""
     variants, data = WithFindings(BASE, EVERY_KIND), logs()
@@ -64,6 +65,7 @@ def test_switches_are_the_findings_and_nothing_else() -> None:
             assert torch.allclose(predict_windows(found, other, 20).predicted, right, rtol=0, atol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("below", [(), (one("motor_lag", value=0.2),)], ids=["plain", "with a hidden state"])
 def test_errors_without_a_switch_are_those_of_the_comparison(below: tuple[Finding, ...]) -> None:
     base = applied(BASE, below)

@@ -44,6 +44,7 @@ def moves(effects: Effects = (), count: int = 3, rows: int = 200) -> Dataset:
     return noisy_runs(ARM, tasks, effects, count=count, rows=rows)
 
 
+@pytest.mark.slow
 def test_equations_of_six_joints_are_the_simulator(base: Equations) -> None:
     model, plant, rng = compile_model(base, dtype=torch.float64), MujocoPlant(ARM), np.random.default_rng(0)
     for _ in range(10):
@@ -64,6 +65,7 @@ def test_it_stands_still_where_it_starts() -> None:
     np.testing.assert_allclose(plant.step(ARM.rest), start, atol=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("key", "values"), HIDDEN, ids=[key for key, _ in HIDDEN])
 def test_a_hidden_effect_is_named(key: str, values: dict[str, float], base: Equations) -> None:
     found = diagnose(base, moves([(key, values)]))
@@ -71,11 +73,13 @@ def test_a_hidden_effect_is_named(key: str, values: dict[str, float], base: Equa
     assert key in (found.findings[0].effect, *found.findings[0].group), found.summary
 
 
+@pytest.mark.slow
 def test_a_plain_arm_misses_nothing(base: Equations) -> None:
     found = diagnose(base, moves(count=4, rows=250))
     assert (found.verdict, found.findings) == ("NOTHING_MISSING", ())
 
 
+@pytest.mark.slow
 def test_the_whole_way_from_the_command_line(tmp_path: Path) -> None:
     main(["learn", "arm", "--out", str(tmp_path / "base")])
     log = moves([("load:tool", {"value": 0.5})], count=1, rows=250)[0]

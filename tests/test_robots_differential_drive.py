@@ -185,6 +185,7 @@ def test_at_a_reset_the_wheels_roll() -> None:
     np.testing.assert_allclose(plant.mj_data.qvel[6:] * 0.05, [0.5 - 0.12, 0.5 + 0.12], rtol=5e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("key", "values", "alike"), HIDDEN, ids=[key for key, *_ in HIDDEN])
 def test_a_hidden_effect_is_named(key: str, values: dict[str, float], alike: set[str], base: Equations) -> None:
     found = diagnose(base, drives([(key, values)]))
@@ -197,6 +198,7 @@ def test_a_plain_robot_misses_nothing(base: Equations) -> None:
     assert (found.verdict, found.findings) == ("NOTHING_MISSING", ())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("hidden", [(), (("wheel_radius:left_wheel", {"value": 0.96}),)], ids=["healthy", "a wheel"])
 def test_a_simulator_that_the_logs_contradict_calibrates_nothing(hidden: Effects, base: Equations) -> None:
     """The simulator's right wheel is a tenth too large, its track too wide: that is no fault of the base."""
@@ -210,6 +212,7 @@ def test_a_simulator_that_the_logs_contradict_calibrates_nothing(hidden: Effects
     assert CONTRADICTED not in calibrated.notes
 
 
+@pytest.mark.slow
 def test_the_whole_way_from_the_command_line(tmp_path: Path) -> None:
     main(["learn", "differential_drive", "--out", str(tmp_path / "base")])
     log = drives([("joint_friction:left_wheel", {"value": 0.03})], count=1)[0]

@@ -237,6 +237,7 @@ def test_an_effect_in_the_equations_is_the_effect_in_the_simulator(
     assert np.linalg.norm(left) < 0.15 * np.linalg.norm(without)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "site",
     [
@@ -278,6 +279,7 @@ HIDDEN = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("key", "values", "alike"), HIDDEN, ids=[key for key, *_ in HIDDEN])
 def test_a_hidden_effect_of_the_cart_pole_is_named(
     key: str, values: dict[str, float], alike: set[str], equations: dict[str, Equations]
@@ -288,6 +290,7 @@ def test_a_hidden_effect_of_the_cart_pole_is_named(
     assert {first.effect, *first.group} & {key, *alike}, found.summary
 
 
+@pytest.mark.slow
 def test_less_inertia_than_described_is_found_though_predictions_of_a_pole_that_falls_are_worse_with_it(
     equations: dict[str, Equations],
 ) -> None:

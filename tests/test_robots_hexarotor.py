@@ -57,6 +57,7 @@ def test_equations_of_six_rotors_are_the_simulator(base: Equations) -> None:
         assert np.abs(found - after).max() < 2e-3 * np.abs(after - state).max()
 
 
+@pytest.mark.slow
 def test_weak_rotors_are_no_mass(base: Equations) -> None:
     """Their torques fall with their thrusts, which one number says; a mass would need three levers beside it."""
 
@@ -75,6 +76,7 @@ def test_weak_rotors_are_no_mass(base: Equations) -> None:
     assert value.low < 0.9 < value.high
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("key", "values", "alike"), HIDDEN, ids=[key for key, *_ in HIDDEN])
 def test_a_hidden_effect_of_the_hexarotor_is_named(
     key: str, values: dict[str, float], alike: set[str], base: Equations
@@ -87,11 +89,13 @@ def test_a_hidden_effect_of_the_hexarotor_is_named(
         assert first.values["rotor"] == 5
 
 
+@pytest.mark.slow
 def test_a_plain_hexarotor_misses_nothing(base: Equations) -> None:
     found = diagnose(base, noisy_flights())
     assert (found.verdict, found.findings) == ("NOTHING_MISSING", ())
 
 
+@pytest.mark.slow
 def test_the_whole_way_from_the_command_line(tmp_path: Path) -> None:
     main(["learn", "hexarotor", "--out", str(tmp_path / "base")])
     log = noisy_flights("added_mass", {"value": 0.15}, count=1)[0]

@@ -145,6 +145,7 @@ def test_one_command_makes_a_model_that_knows_its_robot(tmp_path: Path) -> None:
     main(["simulate", str(tmp_path / "wide"), "hover", "--seconds", "0.4", "--out", str(tmp_path / "log.csv")])
 
 
+@pytest.mark.slow
 def test_what_takes_half_a_second_to_show_is_seen_in_fast_logs() -> None:
     """At 100 Hz as at 50: noise hides what a drag does in a quarter of a second, 0.3 % of the squares."""
     robot = Robot.from_mjcf(ROBOTS["hexarotor"].description.mjcf, name="fast", dt=0.01)

@@ -40,6 +40,7 @@ def site() -> ModuleType:
     return module
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("loaded")
 @pytest.mark.parametrize("script", TUTORIALS, ids=lambda script: script.stem)
 def test_a_tutorial_runs_and_its_page_shows_what_it_draws(script: Path, site: ModuleType) -> None:

@@ -70,6 +70,7 @@ def logged(rows: Array, rng: np.random.Generator, robot: Robot, name: str) -> Tr
     return Trajectory(DT * np.arange(len(rows)), state, rows[:, 5:], inputs, robot.layouts, name=name)
 
 
+@pytest.mark.slow
 def test_the_wheel_that_is_too_small_is_named_and_not_one_that_is_damped(tmp_path: Path) -> None:
     """What the start of a velocity is off by turns a robot whose wheels differ, and not one with a damped wheel."""
     (tmp_path / "rover.xml").write_text(MJCF)

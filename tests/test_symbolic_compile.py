@@ -311,6 +311,7 @@ def test_threads_compile_the_same_equations() -> None:
         assert len({tuple(model(state, action).tolist()) for model in models}) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("hasty")
 def test_threads_ask_for_the_names_of_many_expressions() -> None:
     def ask(first: int) -> set[frozenset[str]]:

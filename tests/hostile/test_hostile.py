@@ -19,6 +19,7 @@ def outcomes() -> list[Outcome]:
     return list(run_all(range(CASES), SEED, JOBS))
 
 
+@pytest.mark.slow
 def test_every_damaged_input_has_an_answer_or_a_clear_error(outcomes: list[Outcome]) -> None:
     failures = [f"case {one.number}, {one.kind}: {one.why}" for one in outcomes if one.end == FAILED]
     assert not failures, "\n".join(failures)

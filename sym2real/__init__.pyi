@@ -2,8 +2,8 @@
 
 from sym2real.adaptation import StageOne as StageOne
 from sym2real.adaptation import learn_base as learn_base
-from sym2real.adaptation.adapt import Adapting as Adapting
-from sym2real.adaptation.adapt import adapt as adapt
+from sym2real.adaptation.loop import Adapting as Adapting
+from sym2real.adaptation.loop import adapt as adapt
 from sym2real.control import MPPI as MPPI
 from sym2real.data import example_flight as example_flight
 from sym2real.dataset import Dataset as Dataset

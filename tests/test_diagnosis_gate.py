@@ -79,12 +79,12 @@ def test_what_rises_beyond_its_interval_passes_no_gate(rise: float, half_width: 
 
 def test_predictions_that_are_worse_than_no_change_judge_nothing() -> None:
     """Of a pole that falls within the horizon, with either model."""
-    ends = [replace(stage(name, size, size), foretells=False) for name, size in (("base", 1.0), ("+ armature", 2.0))]
+    ends = [replace(stage(name, size, size), beats_hold=False) for name, size in (("base", 1.0), ("+ armature", 2.0))]
     gate = Gate(*ends)
     assert gate.passed
-    assert not gate.foretold
-    assert not Gate(ends[0], replace(ends[1], foretells=True)).passed
-    assert "that nothing changes predicts these logs better" in gate_line(gate, Fall(0.8, "position", -1.0))
+    assert not gate.beats_hold
+    assert not Gate(ends[0], replace(ends[1], beats_hold=True)).passed
+    assert "better than that nothing changes" in gate_line(gate, Fall(0.8, "position", -1.0))
 
 
 def test_predictions_of_a_hover_judge() -> None:
@@ -93,7 +93,7 @@ def test_predictions_of_a_hover_judge() -> None:
     logs = noisy_runs(robot, [make_task("hover", robot)], count=4, rows=300, seed=3)
     library = Library.of(robot.nominal(), [])
     (base,) = ladder(library, logs, [("base", library.null[None])], None, horizons=(0.8, 2.0))
-    assert base.foretells
+    assert base.beats_hold
 
 
 def test_findings_that_improve_no_prediction_are_no_answer() -> None:
@@ -131,14 +131,16 @@ def test_what_changes_no_prediction_is_not_missing() -> None:
 
 def test_where_predictions_judge_nothing_an_effect_is_no_answer_beside_what_is_left() -> None:
     """A thrust that was logged in no unit: the model falls, with a lag of its motors or without."""
-    ends = [replace(stage(name, 3.0, 1.0), foretells=False) for name in ("base", "+ motor_lag")]
+    ends = [replace(stage(name, 3.0, 1.0), beats_hold=False) for name in ("base", "+ motor_lag")]
     found, left = (Finding("motor_lag", {}, 1.0),), (Leftover("thrust", "fz", 0.3, "", motion=0.5),)
     assert verdict((), found, left, Gate(*ends), problems_of(800)) == "UNEXPLAINED"
     assert verdict((), found, (), Gate(*ends), problems_of(800)) == "EFFECT"
-    foretold = Gate(stage("base", 3.0, 1.0), stage("+ motor_lag", 2.0, 1.0))
-    assert verdict((), found, left, foretold, problems_of(800)) == "EFFECT"
-    hover = Gate(*(replace(stage(name, size, 1.0), foretells=False) for name, size in (("base", 1.6), ("+ mass", 0.1))))
-    assert verdict((), found, left, hover, problems_of(800)) == "EFFECT"  # of a hover few models foretell anything
+    predicted = Gate(stage("base", 3.0, 1.0), stage("+ motor_lag", 2.0, 1.0))
+    assert verdict((), found, left, predicted, problems_of(800)) == "EFFECT"
+    hover = Gate(
+        *(replace(stage(name, size, 1.0), beats_hold=False) for name, size in (("base", 1.6), ("+ mass", 0.1)))
+    )
+    assert verdict((), found, left, hover, problems_of(800)) == "EFFECT"  # of a hover few models predict anything
 
 
 def test_a_misfit_that_predictions_do_not_show_is_none() -> None:

@@ -1,4 +1,4 @@
-"""Parts of the diagnosis against what must hold of them: nuisance, over-fit, refined base, segments one by one."""
+"""Parts of the diagnosis against what must hold of them: nuisance, full model, refined base, segments one by one."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from sym2real.control.logged import Replayed
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import add, diagnose
-from sym2real.diagnosis.estimate import overfit
+from sym2real.diagnosis.estimate import full_model
 from sym2real.diagnosis.estimate.calibrate import refined
 from sym2real.diagnosis.estimate.fit import Problems
-from sym2real.diagnosis.estimate.overfit import improved, lower_factor
+from sym2real.diagnosis.estimate.full_model import improved, lower_factor
 from sym2real.diagnosis.estimate.quadratic import Hypothesis
 from sym2real.diagnosis.estimate.simulator import flown_along
 from sym2real.diagnosis.estimate.weighing import whiten
@@ -147,7 +147,7 @@ def test_the_fit_of_everything_is_the_least_of_errors_and_prior_wherever_the_pri
     prior: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A prior that hardly counts beside the flights, and one beside which they hardly count."""
-    monkeypatch.setattr(overfit, "PRIOR", prior)
+    monkeypatch.setattr(full_model, "PRIOR", prior)
     data = flights()
     library = library_for(CRAZYFLIE.nominal(), data, OTHERS[:-2])
     tried = [one for one in candidates(library, data) if one.name in ("added_mass", "wind", "linear_drag")]
@@ -248,7 +248,7 @@ def test_a_step_goes_no_further_than_the_quadratic_model_holds(tmp_path: Path) -
     best, sure = problems.best_step(pulled), problems.sure_step(pulled, fit)
     assert best[0] == pytest.approx(10.0, abs=1.0)  # 0.3 rad
     far, here = problems.totals([problems.moved(fit, best), problems.moved(fit, sure)]).tolist()
-    foretold = [float(fit.after(step.expand(len(fit.loss), -1)).sum()) for step in (best, sure)]
-    assert far > 2 * foretold[0]
-    assert here <= 1.1 * foretold[1]
+    predicted = [float(fit.after(step.expand(len(fit.loss), -1)).sum()) for step in (best, sure)]
+    assert far > 2 * predicted[0]
+    assert here <= 1.1 * predicted[1]
     torch.testing.assert_close(problems.sure_step(fit, fit), problems.best_step(fit))  # it holds where it is asked for

@@ -69,7 +69,7 @@ def test_a_delay_in_place_of_a_lag_predicts_drives_better_that_nobody_has_seen()
     physical, predicting = (found().apply(base, for_prediction=choice) for choice in (False, True))
     ratio = missed(predicting, drives(4, 3)) / missed(physical, drives(4, 3))
     assert ratio < 0.9
-    assert refit.change[0] < 0.9  # as logs foretold that its fits left out
+    assert refit.change[0] < 0.9  # as logs predicted that its fits left out
     assert "delay:speed value" in prediction_lines(found())[0]
 
 

@@ -126,7 +126,7 @@ CRANE = """
 
 
 def test_a_joint_that_counts_the_other_way_is_named_where_friction_hides_its_own_motion() -> None:
-    """Of a joint that friction brakes much more than the model says little can be foretold; what it moves tells."""
+    """Of a joint that friction brakes much more than the model says little can be predicted; what it moves tells."""
     model = Robot.from_mjcf(CRANE, name="crane", dt=two_links.STEP).nominal()
     rusty = CRANE.replace('frictionloss="0"', 'frictionloss="0.2"')
     rows = [two_links.swings(seed=seed, seconds=8.0, mjcf=rusty)[10:-10] for seed in (1, 2)]

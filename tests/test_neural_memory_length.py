@@ -14,7 +14,7 @@ from sym2real.dataset import Dataset, Transitions
 from sym2real.effects import compose, effect
 from sym2real.errors import ModelError
 from sym2real.experiments.standard_conditions import sensors
-from sym2real.neural.memory_length import memory_length
+from sym2real.neural.memory_order import memory_length
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
 from sym2real.symbolic import compile_model

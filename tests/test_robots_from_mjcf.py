@@ -298,7 +298,7 @@ def test_less_inertia_than_described_is_found_though_predictions_of_a_pole_that_
     found = diagnose(equations["cart_pole"], to_and_fro([("armature:pole", {"value": -0.004})], count=6))
     assert (found.verdict, [one.effect for one in found.findings]) == ("EFFECT", ["armature:pole"])
     assert found.findings[0].values["value"] == pytest.approx(-0.004, rel=0.1)
-    assert not found.gate.foretold
+    assert not found.gate.beats_hold
 
 
 @pytest.mark.parametrize("robot", ["cart_pole", "arm", "differential_drive"])

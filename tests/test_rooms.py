@@ -133,10 +133,13 @@ def test_folders_of_the_diagnosis_have_a_dozen_files() -> None:
     assert {folder.name for folder in folders if len([*folder.glob("*.py")]) > MOST_FILES} == set()
 
 
-def test_no_module_of_the_diagnosis_hides_behind_a_function() -> None:
-    for path in (PACKAGE / "diagnosis").rglob("*.py"):
-        names = {node.name for node in ast.parse(path.read_text()).body if isinstance(node, ast.FunctionDef)}
-        assert path.stem not in names, path
+def test_no_module_hides_behind_what_its_room_calls_alike() -> None:
+    for room in PACKAGE.rglob("__init__.py"):
+        imported = [node for node in ast.parse(room.read_text()).body if isinstance(node, ast.ImportFrom)]
+        given = {alias.asname or alias.name: node.module for node in imported for alias in node.names}
+        modules = {path.stem for path in room.parent.glob("*.py")} - {"__init__"}
+        package = ".".join(("sym2real", *room.parent.relative_to(PACKAGE).parts))
+        assert [name for name in modules & set(given) if given[name] != package] == [], room
 
 
 @cache

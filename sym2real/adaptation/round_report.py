@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from sym2real.adaptation.improvement import Improvement
+from sym2real.adaptation.paired_gain import Improvement
 
 PATIENCE = 2  # rounds without an improvement: a single one may be bad luck of its trajectory
 

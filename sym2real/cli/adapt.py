@@ -75,9 +75,9 @@ class AdaptVerb(ABC):
         require_another_folder(self.model, self.out)
         model = open_with_progress(self.model)
         with self.chosen(model, console) as chosen:
-            return self._foretold(model, chosen, console) if self.dry_run else self._adapted(model, chosen, console)
+            return self._predicted(model, chosen, console) if self.dry_run else self._adapted(model, chosen, console)
 
-    def _foretold(self, model: Model, chosen: Chosen, console: Console) -> dict[str, Any]:
+    def _predicted(self, model: Model, chosen: Chosen, console: Console) -> dict[str, Any]:
         self._asked(model, chosen)  # refuses what cannot be, before anything flies
         self._inform(model, lambda _: None)
         most = self.rounds + 1

@@ -56,7 +56,7 @@ class Add(OfFit):
         from sym2real.cli.model import equations_below, require_another_folder
         from sym2real.diagnosis import add, add_term
         from sym2real.effects.catalogue import require_patterns
-        from sym2real.effects.noted import TERM
+        from sym2real.effects.known_effects import TERM
         from sym2real.symbolic import save_model
 
         require_patterns(self.exclude)

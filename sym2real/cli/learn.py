@@ -36,7 +36,7 @@ class Learn(OfLogs):
     FOLDERS: ClassVar = ("episodes",)
 
     robot: RobotName
-    """Name of the robot: crazyflie, mushr, cart_pole; of logs (--data) also quadrotor or car, of no known numbers."""
+    """Name of the robot (crazyflie, mushr, arm, …); of logs (--data) also quadrotor or car, of no known numbers."""
     out: Path
     """Folder of the model."""
     data: tuple[Path, ...] = ()

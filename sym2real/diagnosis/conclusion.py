@@ -36,7 +36,7 @@ def verdict(
     commands between the rows may have done is no effect.
     """
     unexplained = any(leftover.matters for leftover in leftovers)
-    borne_out = gate.before is None or gate.foretold or gate.fallen
+    borne_out = gate.before is None or gate.beats_hold or gate.fallen
     clear = any(not finding.doubtful for finding in findings)
     established = clear and gate.passed and (borne_out or not unexplained)
     if problems.block_count < SETTINGS.fewest_pieces or not (finished or established):
@@ -135,8 +135,8 @@ def _not_borne_out(findings: Sequence[Finding], gate: Gate) -> str:
         return "commands that change between the rows of the logs look the same"
     if gate.worse:
         return f"the held-out error {gate.worse[0].said}"
-    if gate.best is None or not gate.foretold:
-        return "predictions judge nothing here"
+    if gate.best is None or not gate.beats_hold:
+        return "no prediction of these logs is good enough to decide"
     return f"no held-out error falls by {100 * SETTINGS.worth_saying:.0f} %: that {gate.best.said}"
 
 
@@ -153,7 +153,7 @@ def _one(finding: Finding) -> str:
 
 def fall_of_error(stages: Sequence[Stage]) -> tuple[str, float, float] | None:
     """Channel, first and last error at the horizon that is judged of the channel that falls most."""
-    if len(stages) < 2 or not stages[0].horizons or not any(stage.foretells for stage in stages):
+    if len(stages) < 2 or not stages[0].horizons or not any(stage.beats_hold for stage in stages):
         return None
     horizon = stages[0].nearest(JUDGED_AT)
     first, last = stages[0].horizons[horizon], stages[-1].horizons[horizon]

@@ -7,11 +7,11 @@
 from sym2real.effects.body import Body
 from sym2real.effects.bound import Effect
 from sym2real.effects.catalogue import applicable, effect
-from sym2real.effects.compose import compose
+from sym2real.effects.composing import compose
 from sym2real.effects.groups import GROUPS, equivalents, same_group
 from sym2real.effects.kind import Kind, Parameter
 from sym2real.effects.kinds import EFFECTS
-from sym2real.effects.noted import as_simulated, injected, noted
+from sym2real.effects.known_effects import as_simulated, injected, noted
 
 __all__ = [
     "EFFECTS",

@@ -1,7 +1,8 @@
 """A physical effect: a kind of the registry (``gain``), bound to a robot and perhaps to a column (``gain:thrust``).
 
-Substitution is the hypothesis. Injection is the independent truth: it uses the simulator's own means and none of the
-substitution's formulas.
+Substitution is the hypothesis. Injection is the truth in a simulator, by its own means: masses, places and contacts of
+its file, actuators, forces on its bodies. Where an effect is a law of force (drag, wind), both write that law, and what
+the force does to the robot is the simulator's.
 """
 
 from collections.abc import Iterable, Mapping
@@ -164,14 +165,14 @@ class Effect:
 
         Args:
             equations: without effects that stand further from the dynamics (see
-                :func:`sym2real.effects.compose.compose`, which orders several).
+                :func:`sym2real.effects.composing.compose`, which orders several).
             values: by parameter name, numbers or expressions over the equations' names; symbols that the equations
                 do not have become parameters, of the null value where the expression is that symbol alone.
 
         Raises:
             ModelError: when the effect does not apply, with the reason.
         """
-        from sym2real.effects.compose import compose  # noqa: PLC0415 — parts are composed, and compose substitutes
+        from sym2real.effects.composing import compose  # noqa: PLC0415 — parts are composed, and compose substitutes
 
         return compose(equations, [(self, values)])
 

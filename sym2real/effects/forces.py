@@ -126,7 +126,7 @@ QUADRATIC_DRAG = Kind(
 )
 
 
-def _periodic__force_parameters(body: Body) -> tuple[Parameter, ...]:
+def _periodic_force_parameters(body: Body) -> tuple[Parameter, ...]:
     return (
         *_force_parameters(body),
         Parameter("omega", "rad/s", null=1.0, low=0.2, high=60.0, scale=1.0),
@@ -149,7 +149,7 @@ def _swing(data: Any, body: Body, values: Numbers) -> None:
 PERIODIC_FORCE = Kind(
     name="periodic_force",
     stage="wrench",
-    parameters=_periodic__force_parameters,
+    parameters=_periodic_force_parameters,
     formula=r"F = A \sin(\omega t + \varphi)",
     summary="A force swings at a fixed frequency: gusts, a hanging load, a fan.",
     confused_with="wind in logs shorter than a period",

@@ -203,7 +203,7 @@ ARMATURE = _of_joint(
 
 
 def _gravity_tilt_substitute(equations: Equations, values: Values, body: Body) -> Equations:
-    """Gravity in the axes of a base that is rolled, then pitched."""
+    """Gravity in the axes of a base that is pitched, then rolled in its own."""
     x, y, z = (symbol(name) for name in GRAVITY_COMPONENTS)
     roll, pitch = values["roll"], values["pitch"]
     level = x * cos(pitch) - z * sin(pitch)
@@ -224,7 +224,7 @@ GRAVITY_TILT = Kind(
     parameters=of_any_body(
         *(Parameter(name, "rad", null=0.0, low=-0.5, high=0.5, scale=0.03) for name in ("roll", "pitch"))
     ),
-    formula=r"g \to R_x(\phi) R_y(\theta) g",
+    formula=r"g \to R_x(\phi)^T R_y(\theta)^T g",
     summary="The robot's base stands askew, so that gravity pulls from another side.",
     confused_with="an offset of the actuators in one posture",
     shown_by="several postures",

@@ -7,7 +7,7 @@ from sympy import Expr
 from sym2real.effects.body import Body
 from sym2real.effects.frames import body_velocity
 from sym2real.effects.inputs import TIME
-from sym2real.effects.noted import TERM
+from sym2real.effects.known_effects import TERM
 from sym2real.effects.terms import with_time
 from sym2real.effects.wrench import with_force_inputs
 from sym2real.errors import ModelError, UnknownNameError

@@ -5,7 +5,7 @@ from sym2real.neural.descent import Descent as Descent
 from sym2real.neural.ensemble import Ensemble as Ensemble
 from sym2real.neural.ensemble_training import EnsembleTraining as EnsembleTraining
 from sym2real.neural.exporting import export as export
-from sym2real.neural.memory_length import memory_length as memory_length
+from sym2real.neural.memory_order import memory_length as memory_length
 from sym2real.neural.model_folder import Model as Model
 from sym2real.neural.model_folder import open_model as open_model
 from sym2real.neural.model_folder import save_model as save_model

@@ -54,8 +54,7 @@ class EquationsPlant(ModelPlant):
 
     def _advance(self, state: Tensor, action: Tensor, inputs: Tensor | None = None) -> Tensor:
         pushes = () if inputs is None else inputs.tolist()
-        reaching = self._filters.apply(action[None, :])[0]
-        self._filters.remember(action)
+        reaching = self._filters.remember(action)
         known = {**dict(zip(self.layouts.inputs, pushes, strict=True)), "t": self._steps * self.dt}
         held = torch.tensor([known[name] for name in self._equations.layouts.inputs], dtype=torch.float64)
         if self._hidden is None:

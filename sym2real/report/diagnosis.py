@@ -16,7 +16,7 @@ from sym2real.report.tables import number, table_of
 STYLE = {"EFFECT": "bold yellow", "NOTHING_MISSING": "bold green", "UNEXPLAINED": "bold red", "CANNOT_TELL": "bold"}
 # A share goes by what statistics sees, the ladder by what a user does.
 SHARES = "misfit: squared errors within a second, all channels against their noise; the ladder: errors further ahead"
-NOT_FORETOLD = "that nothing changes predicts these logs better than any model, so whole logs judge"
+NO_BETTER_THAN_HOLD = "no model predicts these logs better than that nothing changes, so tests over whole logs decide"
 
 
 def diagnosis_report(diagnosis: Diagnosis, shown_before: Collection[str] = ()) -> RenderableType:
@@ -76,8 +76,8 @@ def leftover_lines(leftovers: Sequence[Leftover]) -> list[str]:
 
 def gate_line(gate: Gate, best: Fall) -> str:
     """Whether held-out predictions become better by as much as they must, and none worse; nothing of mere noise."""
-    if not gate.foretold:
-        return f"[green]gate passed[/]: {NOT_FORETOLD}"
+    if not gate.beats_hold:
+        return f"[green]gate passed[/]: {NO_BETTER_THAN_HOLD}"
     verdict = "[green]gate passed[/]" if gate.passed else "[red]gate not passed[/]"
     risen = "".join(f"; that {rise.said}, beyond its interval" for rise in gate.worse)
     return f"{verdict}: the held-out error {best.said}{risen}"
@@ -181,7 +181,7 @@ def known_of(finding: Finding) -> list[tuple[str, str]]:
         facts.append(("probability", f"{100 * finding.probability:.0f} % against {others}"))
     rivals = [rival for rival in finding.group if rival != finding.effect]
     if rivals:
-        near = "as good here, or within a hundredth of the misfit, which a small error in the form of either outweighs"
+        near = "as good here, or worse by less than 1 % of the misfit, as a form that is a little wrong may be"
         facts.append(("or", f"{', '.join(rivals)}: {near}"))
     if finding.separate_by:
         facts.append(("tell apart", finding.separate_by))

@@ -6,7 +6,7 @@ from io import BytesIO, StringIO
 from matplotlib.figure import Figure
 from rich.console import Console, RenderableType
 
-from sym2real.adaptation.adapt import Adaptation
+from sym2real.adaptation.loop import Adaptation
 from sym2real.diagnosis import Comparison, Diagnosis, Plan, Tried
 from sym2real.diagnosis.data.preparation import long_enough
 from sym2real.errors import ModelError

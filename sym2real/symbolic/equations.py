@@ -14,8 +14,8 @@ from sympy import Expr
 from sym2real.errors import ModelError, UnknownNameError
 from sym2real.layout import Layouts
 from sym2real.symbolic import printing
-from sym2real.symbolic.complexity import complexity
 from sym2real.symbolic.expressions import canonical, exchange, names_in, require_names, symbol
+from sym2real.symbolic.node_count import complexity
 from sym2real.symbolic.origin import Origin
 from sym2real.symbolic.parsing import parse_expression
 from sym2real.symbolic.predicting import Predicting

@@ -9,25 +9,20 @@ from typing import Any
 
 from sym2real.registry import Registry
 from sym2real.robots.robot import Robot
-from sym2real.tasks.circle import circle, reverse_circle
-from sym2real.tasks.hover import hover
+from sym2real.tasks import circle, hover, lemniscate, park, regulate, track
 from sym2real.tasks.hover import unseen_goal as unseen_goal
-from sym2real.tasks.lemniscate import lemniscate
-from sym2real.tasks.park import park
-from sym2real.tasks.regulate import regulate
 from sym2real.tasks.task import Task as Task
-from sym2real.tasks.track import track
 
 TASKS: Registry[Callable[..., Task]] = Registry(
     "task",
     {
-        "hover": hover,
-        "circle": circle,
-        "lemniscate": lemniscate,
-        "track": track,
-        "park": park,
-        "reverse_circle": reverse_circle,
-        "regulate": regulate,
+        "hover": hover.hover,
+        "circle": circle.circle,
+        "lemniscate": lemniscate.lemniscate,
+        "track": track.track,
+        "park": park.park,
+        "reverse_circle": circle.reverse_circle,
+        "regulate": regulate.regulate,
     },
 )
 

@@ -10,7 +10,7 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.windows import HORIZONS
 from sym2real.diagnosis.errors.rungs import windows_of
 from sym2real.effects import effect
-from sym2real.effects.compose import compose
+from sym2real.effects.composing import compose
 from sym2real.effects.sensors import Sensors
 from sym2real.plants import MujocoPlant
 from sym2real.robots import ROBOTS

@@ -52,7 +52,7 @@ class Agreement:
 
     @property
     def concordance(self) -> float:
-        """How nearly both are equal, whatever the sign: 1 always; NaN where there is too little motion.
+        """How nearly both are equal but for an offset and the sign, at most 1; NaN where there is too little motion.
 
         L. Lin, "A concordance correlation coefficient", Biometrics 45 (1989).
         """

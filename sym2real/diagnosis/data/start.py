@@ -31,8 +31,8 @@ ALIKE = 1e-9
 def noise_level(values: Array, order: int = 3) -> Array:
     """Standard deviation of white noise on smooth columns ``# (rows, k) -> (k,)``, from differences of this order.
 
-    Source: J. Hall et al., difference-based variance estimation, Biometrika 77 (1990) 521–528, with the binomial
-    sequence of the order and a median for robustness against steps.
+    Source: P. Hall, J. Kay, D. Titterington, difference-based variance estimation, Biometrika 77 (1990) 521–528, with
+    the binomial sequence of the order and a median for robustness against steps.
     """
     differences = np.diff(values, n=order, axis=0)
     spread = np.median(np.abs(differences - np.median(differences, axis=0)), axis=0)

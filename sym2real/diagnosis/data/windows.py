@@ -27,9 +27,9 @@ HORIZONS = (0.1, 0.2, 0.5, 0.8, 1.0)
 FREE_RUN = {"heading": 5.0, "otherwise": 2.0}
 # Error of a prediction that is no number; its square is one.
 LARGEST = float(np.finfo(np.float32).max)
-# Channels by which predictions are judged: what a user sees, and what logs do not have by differencing.
 # The horizon (s) that a finding is judged at: about as long as a controller's.
 JUDGED_AT = 0.8
+# Channels by which predictions are judged: what a user sees, and what logs do not have by differencing.
 JUDGED = ("position", "attitude", "yaw", JOINT_DISPLACEMENT.name, JOINT_ANGLE.name)
 
 CHANNEL_OF_FIELD = {"heading": "yaw"}
@@ -78,7 +78,7 @@ class Windows:
     layout: Layout
 
     def errors(self, step: int) -> dict[str, Array]:
-        """Norm of the prediction error per channel ``steps`` after the start ``# (windows,)``."""
+        """Norm of the prediction error per channel ``step`` rows after the start ``# (windows,)``."""
         return channel_errors(self.layout, self.predicted[:, step - 1], self.measured[:, step - 1])
 
 

@@ -155,7 +155,7 @@ def _smooth(
     sizes = (needed / information.diagonal().clamp_min(1e-300)).sqrt()
     if tried is not None and smooth:  # measured logs also tell what is narrow from trim
         own = [fit.part(places[candidate.name]) for candidate in smooth]
-        least = [least_gain(problems, candidate, library.null, 2) for candidate in smooth for _ in candidate.free]
+        least = [gain for one in smooth for gain in [least_gain(problems, one, library.null, 2)] * len(one.free)]
         sizes *= torch.tensor(least, dtype=torch.float64).div(SETTINGS.gain_beside).sqrt()
         sizes = torch.maximum(sizes, torch.cat([sizes_beyond_chance(problems, part, tried) for part in own]))
     mattering = sizes.new_full(sizes.shape, inf) if predictions is None else predictions.of_parameters(free)

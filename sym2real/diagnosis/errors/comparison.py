@@ -137,12 +137,12 @@ def compare(
 
 
 def _notes(data: Dataset, left_out: Sequence[float], errors: Sequence[HorizonErrors]) -> tuple[str, ...]:
-    horizons: dict[str, list[str]] = {}
+    logs_of: dict[str, list[str]] = {}
     for trajectory in data:
         for note in trajectory.notes:
-            horizons.setdefault(note, []).append(trajectory.name)
+            logs_of.setdefault(note, []).append(trajectory.name)
     notes = [
-        f"{'all logs' if len(names) == len(data) > 1 else ', '.join(names)}: {note}" for note, names in horizons.items()
+        f"{'all logs' if len(names) == len(data) > 1 else ', '.join(names)}: {note}" for note, names in logs_of.items()
     ]
     lost = {name: at.horizon for at in errors[::-1] for name, error in at.errors.items() if isnan(error.value)}
     if lost:

@@ -51,13 +51,13 @@ class Stage:
     Args:
         model: its name.
         horizons: errors by horizon (s) and channel.
-        foretells: whether, at some horizon, nothing that is judged is surely worse than if nothing changed.
+        beats_hold: whether, at some horizon, nothing that is judged is surely worse than if nothing changed.
         worse: at every horizon, the judged channels that are.
     """
 
     model: str
     horizons: dict[float, dict[str, StageError]]
-    foretells: bool = True
+    beats_hold: bool = True
     worse: dict[float, tuple[str, ...]] = field(default_factory=dict)
 
     def nearest(self, horizon: float) -> float:

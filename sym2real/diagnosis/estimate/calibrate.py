@@ -24,7 +24,7 @@ from torch import Tensor
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.segments import Segments, component_noise, cut, with_velocities
 from sym2real.diagnosis.estimate.fit import Problems
-from sym2real.diagnosis.estimate.overfit import improved
+from sym2real.diagnosis.estimate.full_model import improved
 from sym2real.diagnosis.estimate.quadratic import Fit, Free, Hypothesis
 from sym2real.diagnosis.estimate.variances import LEAST
 from sym2real.diagnosis.estimate.whitening import Spread, Whitening

@@ -234,8 +234,8 @@ class Problems:
             whole: about the same values, of all segments.
         """
         steps = [part * self.best_step(fit) for part in (*LINE_SEARCH, 0.0)]
-        foretold = torch.stack([whole.after(step.expand(len(whole.loss), -1)).sum() for step in steps])
-        holds = self.totals([self.moved(whole, step) for step in steps]) <= (1 + SETTINGS.worth_saying) * foretold
+        predicted = torch.stack([whole.after(step.expand(len(whole.loss), -1)).sum() for step in steps])
+        holds = self.totals([self.moved(whole, step) for step in steps]) <= (1 + SETTINGS.worth_saying) * predicted
         return steps[int(holds.int().argmax())]
 
 

@@ -1,7 +1,7 @@
 """A force that swings: its frequency and its phase in every log, settled before the search, which then weighs its size.
 
-The likelihood of a frequency has as many peaks as a log has periods, so that no fit finds it from its null. What an
-over-fitted model leaves is therefore looked at frequency by frequency: a sine and a cosine of each force, constant over
+The likelihood of a frequency has as many peaks as a log has periods, so that no fit finds it from its null. What a
+full model leaves is therefore looked at frequency by frequency: a sine and a cosine of each force, constant over
 the pieces of a segment, beside a constant and a trend, by generalised least squares on the whitened residuals,
 
     r + J (S sin ωt + C cos ωt + b₀ + b₁ t),        fall of the whitened squares by S and C, per log,

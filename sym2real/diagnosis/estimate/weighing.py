@@ -9,7 +9,7 @@ import torch
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.estimate.calibrate import Calibration, calibrated, lifted, refined
 from sym2real.diagnosis.estimate.fit import Problems, nuisance_of
-from sym2real.diagnosis.estimate.overfit import overfitted
+from sym2real.diagnosis.estimate.full_model import full_fit
 from sym2real.diagnosis.estimate.simulator import SWITCHED_OFF, flown_along, with_effects_of
 from sym2real.diagnosis.estimate.swing import Swing, find_swing
 from sym2real.diagnosis.estimate.whitening import Spread, Whitening, estimate, free_start
@@ -29,9 +29,9 @@ from sym2real.symbolic.mass_normalised import PER_KILOGRAM
 PROMISING = 0.05  # chance below which a swing is worth another estimate of the disturbances
 NO_SWING = "nothing in these logs swings beyond chance, beside what goes with the path"
 
-# Times that variances are estimated from over-fitted residuals, each over-fit weighed by the last estimate.
+# Times that variances are estimated from a full model's residuals, each fit weighed by the last estimate.
 ROUNDS = 3
-# Part of every segment that the first over-fit goes by.
+# Part of every segment that the first full fit goes by.
 FIRST = 0.25
 
 CONTRADICTED = "the base is not calibrated: these logs do not show the errors that it has in the plain simulator"
@@ -71,7 +71,7 @@ class Prepared(Refined):
         tried: what competes.
         problems: data, whitening, folds.
         spread: what shapes the covariance.
-        overfit: parameter set of all effects at once, which misses little ``# (P,)``.
+        full_fit: parameter set of all effects at once, which misses little ``# (P,)``.
         origin: parameter set from which effects are counted: null, or what calibration says of the base ``# (P,)``.
         calibration: the base against the plain simulator; None without one, and before it.
         swing: frequency and phases of a force that swings, if one was found.
@@ -83,7 +83,7 @@ class Prepared(Refined):
     tried: tuple[Candidate, ...]
     problems: Problems
     spread: Spread
-    overfit: torch.Tensor
+    full_fit: torch.Tensor
     origin: torch.Tensor
     swing: Swing | None
     not_tried: tuple[NotTried, ...]
@@ -156,7 +156,7 @@ def _prepared(base: Refined, logs: Dataset, weighed: Whitened, swing: Swing | No
         tried=candidates(searched, logs),
         problems=Problems.of(weighed.problem, weighed.whitening, nuisance_of(searched, searched.null), weighed.spread),
         spread=weighed.spread,
-        overfit=weighed.values,
+        full_fit=weighed.values,
         origin=searched.null,
         swing=swing,
         not_tried=_not_tried(base.model, logs, question),
@@ -207,7 +207,7 @@ class Whitened:
     Args:
         problem: its segments start where they most likely did.
         spread, whitening: the covariance.
-        values: of an over-fit, which misses little ``# (P,)``.
+        values: of the full model, which misses little ``# (P,)``.
     """
 
     problem: Problem
@@ -217,7 +217,7 @@ class Whitened:
 
     @property
     def deviance(self) -> float:
-        """Minus twice the logarithm of the over-fit's likelihood."""
+        """Minus twice the logarithm of the full model's likelihood."""
         return self.whitening.deviance(self.problem.residuals(self.values[None])[0])
 
 
@@ -235,25 +235,25 @@ def _whitened(library: Library, data: Dataset) -> Whitened:
 
 
 def whiten(problem: Problem, tried: tuple[Candidate, ...]) -> Whitened:
-    """The covariance of what a fully explained model leaves, from over-fitted residuals.
+    """The covariance of what a fully explained model leaves, from the full model's residuals.
 
-    What a model that is far off (an inertia, by twenty times) foretells of whole segments says nothing of the robot's
-    slopes. So an over-fit to the first part of each goes on to the whole (multiple shooting, from short to long),
-    beside one from no effect; where that leaves more, disturbances spread as the over-fit foretells, not the model.
+    What a model that is far off (an inertia, by twenty times) predicts of whole segments says nothing of the robot's
+    slopes. So a full fit to the first part of each goes on to the whole (multiple shooting, from short to long),
+    beside one from no effect; where that leaves more, disturbances spread as the full model predicts, not the base.
     """
     null, segments, fits = problem.library.null, problem.segments, list[torch.Tensor]()
     for piece in (Problem(problem.library, problem.data, segments.first(FIRST)), problem):
         spread, residuals = Spread.of(piece, null), piece.residuals(null[None])[0]
         whitening = estimate(spread, residuals, segments.noise, segments.channel, alike=True)
         problems = Problems.of(piece, whitening)
-        fits = [overfitted(problems, tried, null), *(overfitted(problems, tried, null, fit) for fit in fits)]
+        fits = [full_fit(problems, tried, null), *(full_fit(problems, tried, null, fit) for fit in fits)]
     best = int(problems.totals(fits).argmin())
     values = fits[best]
     problem = _with_likely_starts(problem, spread, whitening, values)
     spread = Spread.of(problem, values if best else null)
     for left in reversed(range(ROUNDS)):
         if left < ROUNDS - 1:
-            values = overfitted(Problems.of(problem, whitening), tried, null, values)
+            values = full_fit(Problems.of(problem, whitening), tried, null, values)
         residuals = problem.residuals(values[None])[0]
         whitening = estimate(spread, residuals, segments.noise, segments.channel, alike=left == ROUNDS - 1)
     return Whitened(problem, spread, whitening, values)

@@ -2,12 +2,12 @@
 
 Per segment the residual's covariance is C = Σ σ_c² I_c + J_x P_x J_xᵀ + Σ q_d J_d J_dᵀ: noise of every channel, a start
 that is hardly known (its directions carry no weight then), and disturbances that are constant over a fifth of a
-segment. The variances σ², q maximise the likelihood of residuals that an over-fitted model leaves, by the
+segment. The variances σ², q maximise the likelihood of residuals that the full model leaves, by the
 multiplicative minorise–maximise step of H. Zhou et al., "MM algorithms for variance components models", J. Comp.
 Graph. Stat. 28 (2019): θ ← θ √(rᵀC⁻¹A C⁻¹r / tr C⁻¹A).
 
 Real logs have pieces in which something rare happens that no model of disturbances foresees (a motor controller winds
-up, a wheel slips). Few of them must not decide, nor hide what all others obey: where the over-fitted residuals have
+up, a wheel slips). Few of them must not decide, nor hide what all others obey: where the full model's residuals have
 heavy tails, each segment's covariance is C/g with the weight g that Student's t gives it, g = (ν + n)/(ν + rᵀC⁻¹r),
 its degrees of freedom ν by maximum likelihood. Gaussian residuals make ν infinite and every g one. Sources: K. Lange,
 R. Little, J. Taylor, "Robust statistical modeling using the t distribution", J. Am. Stat. Assoc. 84 (1989); weights
@@ -196,7 +196,7 @@ def estimate(
 
     Args:
         spread: sensitivities.
-        residuals: of an over-fitted model.
+        residuals: of the full model.
         noise: first guess of the sensors' standard deviation ``# (C,)``.
         channel: channel of each component; components of a channel share one variance ``# (C,)``.
         alike: every segment is trusted alike. While an effect may still be missing from the model, segments in which

@@ -6,7 +6,7 @@ go together so well that noise cannot make one seem larger; those that hardly mo
 
 Of commands the model tells. With a thrust in mN, rates in deg/s or motors in percent it predicts worse by far than that
 nothing changes: each is divided by every factor on a grid, and belongs to the unit whose factor is nearest to the one
-by which a step ahead is foretold. A gain or a limit of a few times is an effect; so units that are less than ten times
+by which a step ahead is predicted. A gain or a limit of a few times is an effect; so units that are less than ten times
 apart are not told here.
 """
 

@@ -20,7 +20,7 @@ from sym2real.trajectory import Trajectory
 from sym2real.vocabulary import POSITION
 
 STEP, LARGEST = 1.5, 1e5  # of factors that are tried, and of their inverses
-ROWS_AT_ONCE = 20_000  # of logs under several factors, which a model foretells in one go
+ROWS_AT_ONCE = 20_000  # of logs under several factors, which a model predicts in one go
 SENSED = SETTINGS.far, SETTINGS.unheard_of
 
 
@@ -108,7 +108,7 @@ def best_factor(missed: Callable[[float], float], between: tuple[float, float]) 
 
 
 def fitting_scales(balances: Balances, data: Dataset, now: Balance) -> Iterator[Scaled]:
-    """For what the model foretells badly, joints and commands or the position, the factor that fits best."""
+    """For what the model predicts badly, joints and commands or the position, the factor that fits best."""
     state, action = data.layouts.state, data.layouts.action
     losses = dict(zip(now.names, now.losses.mean(0), strict=True))
     if losses.get("level velocity", 0.0) > SETTINGS.mostly:

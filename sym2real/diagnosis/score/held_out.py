@@ -73,13 +73,13 @@ class Gate:
 
     @property
     def passed(self) -> bool:
-        """Whether errors fall; also where nothing can be foretold, and where nothing was judged."""
-        return self.fallen or self.best is None or not self.foretold
+        """Whether errors fall; also where nothing can be predicted, and where nothing was judged."""
+        return self.fallen or self.best is None or not self.beats_hold
 
     @property
-    def foretold(self) -> bool:
+    def beats_hold(self) -> bool:
         """Whether one of both predicts better than that nothing changes; else errors tell what noise grows to."""
-        return any(stage is not None and stage.foretells for stage in (self.before, self.after))
+        return any(stage is not None and stage.beats_hold for stage in (self.before, self.after))
 
     def _falls(self) -> Iterator[tuple[Fall, bool]]:
         """Every judged error's, and whether it rises beyond both intervals."""
@@ -98,7 +98,7 @@ class Gate:
             return None
         return {
             "passed": self.passed,
-            "foretold": self.foretold,
+            "beats_hold": self.beats_hold,
             "best": asdict(self.best),
             "worse": [asdict(fall) for fall in self.worse],
             "before": self.before.to_dict()["horizons"],

@@ -85,7 +85,7 @@ class PredictionRefit:
         The interval of a single block has no width, and says nothing.
         """
         _, low, high = self.change
-        return low < high < 1.0 and self.after.foretells and no_worse(self.after, self.before)
+        return low < high < 1.0 and self.after.beats_hold and no_worse(self.after, self.before)
 
     def of(self, findings: tuple[Finding, ...]) -> tuple[Finding, ...]:
         """The findings with these values; their intervals are those of the others, and do not hold."""

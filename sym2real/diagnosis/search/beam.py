@@ -88,7 +88,7 @@ def search(prepared: Prepared, stages: Stages) -> SearchResult:
 
 def _searched(prepared: Prepared, stages: Stages) -> Selection:
     selection = Selection(prepared.problems, prepared.tried, prepared.origin)
-    beam = Beam(selection, stages.on_progress, prepared.problems.total(prepared.overfit))
+    beam = Beam(selection, stages.on_progress, prepared.problems.total(prepared.full_fit))
     stages.try_to(f"searching among {len(prepared.tried)} effects", Beam.search, beam)
     return selection
 

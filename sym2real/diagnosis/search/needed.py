@@ -12,7 +12,7 @@ made of a factor stays, and is no answer: without it what they did would be take
 
 A robot that is held where it would not stay (a pole upright, an arm) moves little, and what its start is off by grows:
 predictions of the right model may be worse than that nothing changes, and worse than those of a wrong model of which it
-grows more slowly. Where no model foretells anything, predictions judge nothing, and whole logs do.
+grows more slowly. Where no model beats "hold", predictions judge nothing, and whole logs do.
 """
 
 from __future__ import annotations
@@ -150,12 +150,12 @@ def _changes_little(whole: Stage, without: Stage) -> bool:
         for horizon, errors in whole.horizons.items()
         for name in judged(errors)
     )
-    return (whole.foretells or without.foretells) and max(parts) < SETTINGS.worth_saying
+    return (whole.beats_hold or without.beats_hold) and max(parts) < SETTINGS.worth_saying
 
 
 def no_worse(whole: Stage, without: Stage) -> bool:
     """Whether no error is larger beyond chance than without an effect, where predictions judge at all."""
-    return largest_rise(without, whole) <= 1.0 or not (whole.foretells or without.foretells)
+    return largest_rise(without, whole) <= 1.0 or not (whole.beats_hold or without.beats_hold)
 
 
 def largest_rise(whole: Stage, without: Stage) -> float:

@@ -32,20 +32,16 @@ class Selection:
         problems: data, whitening, folds.
         candidates: what competes.
         origin: parameter set without effects (null, or what calibration says of the base) ``# (P,)``.
-        chosen: what is in, in order.
-        fit: of what is in.
-        held_out: its loss per fold.
         tried: number of hypotheses that had a chance.
+        present: what is in, in order, with its fit.
         order: what is in by importance, once somebody has asked.
     """
 
     problems: Problems
     candidates: Sequence[Candidate]
     origin: Tensor
-    chosen: list[Candidate] = field(default_factory=list)
-    fit: Fit = None  # type: ignore[assignment]  # set by __post_init__
-    held_out: Tensor = None  # type: ignore[assignment]
     tried: int = 0
+    present: EffectSet = field(init=False)
     order: list[tuple[Candidate, Fit]] | None = None
     _larger: dict[frozenset[str], list[EffectSet]] = field(default_factory=dict)
     _screenings: dict[EffectSet, Screening] = field(default_factory=dict)
@@ -73,13 +69,17 @@ class Selection:
 
     def put(self, chosen: Sequence[Candidate], fit: Fit) -> None:
         """Make this the present state."""
-        self.chosen, self.fit, self.order = list(chosen), fit, None
-        self.held_out = self.problems.held_out(fit)
+        self.present, self.order = self.set_of(chosen, fit), None
 
     @property
-    def present(self) -> EffectSet:
-        """What is in."""
-        return self.set_of(self.chosen, self.fit)
+    def chosen(self) -> list[Candidate]:
+        """What is in, in order."""
+        return list(self.present.chosen)
+
+    @property
+    def fit(self) -> Fit:
+        """Of what is in."""
+        return self.present.fit
 
     def beside(self, chosen: Sequence[Candidate], found: Fit) -> EffectSet:
         """Effects, fitted from the values that they have in another fit."""

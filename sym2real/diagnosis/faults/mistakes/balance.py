@@ -1,7 +1,7 @@
 """How far a log disagrees with itself and with a model, quantity by quantity, over short stretches.
 
 A model's single steps hold both: that velocity moves the position and rates turn the attitude, and what commands do.
-Over a stretch of a log the sum of what they foretell, each from the measured row, must be what was measured; both
+Over a stretch of a log the sum of what they predict, each from the measured row, must be what was measured; both
 without the log's mean, since wind, trim or a tilted board make constants. As sums, nothing noisy is differentiated.
 
 An attitude or a heading is also held against its measured rates, and a position against its velocity, whatever the
@@ -38,11 +38,11 @@ LEVEL = 2  # the first components of a world vector lie level, whichever way its
 
 @dataclass(frozen=True, eq=False)
 class Balance:
-    """Measured and foretold change of every quantity over stretches.
+    """Measured and predicted change of every quantity over stretches.
 
     Args:
         names, fields: of the quantities, and of the state's fields that they are part of.
-        measured, foretold: of each, by component ``# (stretches, components)``.
+        measured, predicted: of each, by component ``# (stretches, components)``.
         data: the logs.
         rows: of a stretch.
     """
@@ -50,17 +50,17 @@ class Balance:
     names: tuple[str, ...]
     fields: tuple[str, ...]
     measured: tuple[Array, ...]
-    foretold: tuple[Array, ...]
+    predicted: tuple[Array, ...]
     data: Dataset
     rows: int
 
     def of_field(self, field: str) -> tuple[Array, Array]:
-        """Measured and foretold change of a field's components ``# (stretches, components)``, in their order."""
+        """Measured and predicted change of a field's components ``# (stretches, components)``, in their order."""
         own = [place for place, of in enumerate(self.fields) if of == field]
         none = np.zeros((len(self.losses), 0))
-        parts = (self.measured, self.foretold)
-        measured, foretold = (np.concatenate([none, *(part[place] for place in own)], axis=1) for part in parts)
-        return measured, foretold
+        parts = (self.measured, self.predicted)
+        measured, predicted = (np.concatenate([none, *(part[place] for place in own)], axis=1) for part in parts)
+        return measured, predicted
 
     @property
     def arms(self) -> Array:
@@ -72,22 +72,22 @@ class Balance:
     def losses(self) -> Array:
         """Squares missed over those of both changes, a quantity's mean of which is between 0 and 2 ``# (s, q)``."""
         columns = []
-        for measured, other in zip(self.measured, self.foretold, strict=True):
+        for measured, other in zip(self.measured, self.predicted, strict=True):
             size = float((np.square(measured) + np.square(other)).sum(1).mean())
             columns.append(np.square(measured - other).sum(1) / max(size, 1e-300))
         return np.stack(columns, axis=1)
 
     def parts(self, count: int) -> list[Balance]:
         """Of so many versions of the same logs, one behind the other: each version's."""
-        measured, foretold = ([np.split(part, count) for part in parts] for parts in (self.measured, self.foretold))
-        pairs = zip(zip(*measured, strict=True), zip(*foretold, strict=True), strict=True)
-        return [replace(self, measured=own, foretold=other) for own, other in pairs]
+        measured, predicted = ([np.split(part, count) for part in parts] for parts in (self.measured, self.predicted))
+        pairs = zip(zip(*measured, strict=True), zip(*predicted, strict=True), strict=True)
+        return [replace(self, measured=own, predicted=other) for own, other in pairs]
 
     def missed(self, place: int) -> Array:
         """Squares missed of a quantity over the median of both changes, which no single one makes ``# (s,)``."""
-        measured, foretold = self.measured[place], self.foretold[place]
-        size = float(np.median((np.square(measured) + np.square(foretold)).sum(1)))
-        return np.asarray(np.square(measured - foretold).sum(1) / max(size, 1e-300))
+        measured, predicted = self.measured[place], self.predicted[place]
+        size = float(np.median((np.square(measured) + np.square(predicted)).sum(1)))
+        return np.asarray(np.square(measured - predicted).sum(1) / max(size, 1e-300))
 
 
 class Balances:
@@ -117,7 +117,7 @@ class Balances:
         now, then, sent, inputs = (torch.as_tensor(stretches) for stretches, _ in cut)
         later = self._predict.after_each(now, sent, inputs if inputs.shape[-1] else None)
         counts = cut[0][1]
-        measured, foretold = (_summed(layout.difference(end, now).numpy(), counts) for end in (then, later))
+        measured, predicted = (_summed(layout.difference(end, now).numpy(), counts) for end in (then, later))
         quantities = _quantities(data.layouts.state)
         rates = _stretches(np.concatenate([_rates(log)[:-1] for log in known]), lengths, rows)[0]
         turns = _turned(measured, layout, dict(zip(_rated(known[0]), _summed(rates * data.dt, counts).T, strict=True)))
@@ -129,7 +129,7 @@ class Balances:
             (*quantities, *turns),
             (*(field for field, _ in quantities.values()), *("" for _ in turns)),
             (*(measured[:, places] for _, places in quantities.values()), *(angle for angle, _ in turns.values())),
-            (*(foretold[:, places] for _, places in quantities.values()), *(rate for _, rate in turns.values())),
+            (*(predicted[:, places] for _, places in quantities.values()), *(rate for _, rate in turns.values())),
             known,
             rows,
         )
@@ -192,7 +192,7 @@ def _quantities(layout: Layout) -> dict[str, tuple[str, list[int]]]:
 
 def without_drag(balance: Balance) -> Array:
     """Losses ``# (q,)`` where a force along the velocity takes what it can: it turns what pushes, as a frame does."""
-    pace = balance.foretold[balance.names.index("level position")] if "level position" in balance.names else None
+    pace = balance.predicted[balance.names.index("level position")] if "level position" in balance.names else None
     return balance.losses.mean(0) if pace is None else _without(balance, ("level velocity",), [pace])
 
 
@@ -208,10 +208,10 @@ def _without(balance: Balance, quantities: Collection[str], parts: Sequence[Arra
     design = np.stack([part.ravel() for part in parts], axis=1)
     for place, name in enumerate(balance.names):
         if name in quantities:
-            measured, foretold = balance.measured[place], balance.foretold[place]
-            left = (measured - foretold).ravel()
+            measured, predicted = balance.measured[place], balance.predicted[place]
+            left = (measured - predicted).ravel()
             left -= design @ np.linalg.lstsq(design, left, rcond=None)[0]
-            losses[place] = float(left @ left) / max(float((np.square(measured) + np.square(foretold)).sum()), 1e-300)
+            losses[place] = float(left @ left) / max(float((np.square(measured) + np.square(predicted)).sum()), 1e-300)
     return losses
 
 

@@ -125,7 +125,7 @@ def _judged(balances: Balances, now: Balance, transformation: Transformation, da
 
 
 def _in_all(losses: Array) -> float:
-    """How badly all quantities ``# (q,)`` are foretold: minus their log-likelihood, each of a variance of its own."""
+    """How badly all quantities ``# (q,)`` are predicted: minus their log-likelihood, each of a variance of its own."""
     return float(np.log(np.maximum(losses, ROUNDING)).sum())
 
 

@@ -97,7 +97,7 @@ def _one_by_one(layout: Layout) -> tuple[str, ...]:
 
 
 def _of_attitudes(data: Dataset, balance: Balance) -> Iterator[OfAttitude]:
-    """Roll and pitch in every order and sign, of what was measured or commanded, where that is badly foretold."""
+    """Roll and pitch in every order and sign, of what was measured or commanded, where that is badly predicted."""
     losses = dict(zip(balance.names, balance.losses.mean(0), strict=True))
     missed = max(losses.get(name, 0.0) for name in TILTED)
     if missed <= SETTINGS.mostly:
@@ -118,24 +118,24 @@ def _swapped(vectors: Sequence[tuple[str, ...]]) -> Iterator[Exchanged]:
 
 
 def _alike(balance: Balance, columns: Sequence[str]) -> Array:
-    """Correlation of the measured change of every column with the change that is foretold of each ``# (n, n)``."""
+    """Correlation of the measured change of every column with the change that is predicted of each ``# (n, n)``."""
     places = [balance.names.index(column) for column in columns]
-    measured, foretold = (
-        np.concatenate([parts[place] for place in places], axis=1) for parts in (balance.measured, balance.foretold)
+    measured, predicted = (
+        np.concatenate([parts[place] for place in places], axis=1) for parts in (balance.measured, balance.predicted)
     )
-    return np.asarray(np.nan_to_num(np.corrcoef(measured.T, foretold.T)[: len(places), len(places) :]))
+    return np.asarray(np.nan_to_num(np.corrcoef(measured.T, predicted.T)[: len(places), len(places) :]))
 
 
 def _exchanged(
     balance: Balance, field: str, vectors: Sequence[tuple[str, ...]], *, of_measured: bool
 ) -> Iterator[Exchanged]:
     """The order and signs of a vector's components by which a field's two changes have most in common."""
-    measured, foretold = balance.of_field(field)
+    measured, predicted = balance.of_field(field)
     if len(vectors[0]) < 3:
         yield from _orders(vectors)
     if len(vectors[0]) != 3 or measured.shape[1] != 3:
         return
-    yield from _in_common(measured.T @ foretold if of_measured else foretold.T @ measured, vectors)
+    yield from _in_common(measured.T @ predicted if of_measured else predicted.T @ measured, vectors)
 
 
 def _followed(data: Dataset, rates: Sequence[str], commands: Sequence[str]) -> Array:
@@ -180,11 +180,11 @@ def _turned(data: Dataset, balance: Balance, field: str) -> Iterator[Turned]:
 
 
 def _of_vectors(data: Dataset, balance: Balance, field: str) -> float:
-    """Attitude turns thrust and with it the velocity that is foretold, velocity moves the position."""
+    """Attitude turns thrust and with it the velocity that is predicted, velocity moves the position."""
     level = np.array([1.0, 1.0j])
     if field == "attitude":
-        measured, foretold = (part[:, :2] @ level for part in balance.of_field("velocity"))
-        return -float(np.angle(np.vdot(foretold, measured)))
+        measured, predicted = (part[:, :2] @ level for part in balance.of_field("velocity"))
+        return -float(np.angle(np.vdot(predicted, measured)))
     if present(data, ("x", "y", "vx", "vy")) != ("x", "y", "vx", "vy"):
         return 0.0
     way = np.concatenate([np.diff(log.state[:, log.layouts.state.indices(("x", "y"))], axis=0) @ level for log in data])

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from sym2real.effects.body import Body, Describable
 from sym2real.effects.bound import Effect
 from sym2real.effects.catalogue import effect
-from sym2real.effects.compose import FILTER_ORDER
+from sym2real.effects.composing import FILTER_ORDER
 from sym2real.effects.kind import Parameter, with_unit
 from sym2real.effects.kinds import EFFECTS
 from sym2real.effects.voltage import VOLTAGE

@@ -27,7 +27,7 @@ PRIOR = 1.0
 ROUNDING = 1e-9
 
 
-def overfitted(problems: Problems, tried: Sequence[Candidate], start: Tensor, last: Tensor | None = None) -> Tensor:
+def full_fit(problems: Problems, tried: Sequence[Candidate], start: Tensor, last: Tensor | None = None) -> Tensor:
     """Parameter set ``# (P,)`` of the fit of everything.
 
     Args:

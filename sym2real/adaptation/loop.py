@@ -2,7 +2,7 @@
 
 The model of round k was trained on the logs of the rounds before and flies log k, so that every log is held out to the
 model that flew it, and to all before. On it the newest model is held against the best one so far. The run ends when two
-rounds in a row have brought no improvement beyond its interval (:mod:`sym2real.adaptation.improvement`). Round 0 is the
+rounds in a row have brought no improvement beyond its interval (:mod:`sym2real.adaptation.paired_gain`). Round 0 is the
 model that was given, zero-shot.
 """
 
@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sym2real.adaptation.improvement import Improvement, improvement
+from sym2real.adaptation.paired_gain import Improvement, improvement
 from sym2real.adaptation.predictions import STRIDE, horizon_errors, in_shares, one_step_error
 from sym2real.adaptation.progress import OnProgress, Progress, silent
 from sym2real.adaptation.round_report import Learned, RoundReport, best_of, settled

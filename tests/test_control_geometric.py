@@ -7,7 +7,7 @@ import pytest
 import torch
 
 from sym2real.control import GeometricQuadrotor, PurePursuit, RandomCommands
-from sym2real.control.geometric_quadrotor import Gains, reference_at
+from sym2real.control.geometric_quadrotor import Gains, reference_points
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
 from sym2real.rotation import from_euler, to_matrix, yaw
@@ -55,7 +55,7 @@ def expected_error(task: Task) -> float:
     The rate that is fed forward comes 1/gain + half a control period late; attitude feedback divides that by
     |K_R + iω|, position feedback by |K_p - ω² + iωK_v|.
     """
-    points = [reference_at(task.reference, time) for time in np.arange(3.0, 6.0, CRAZYFLIE.dt)]
+    points = reference_points(task.reference, np.arange(3.0, 6.0, CRAZYFLIE.dt))
     speed = max(np.linalg.norm(point.velocity) for point in points)
     acceleration = max(np.linalg.norm(point.acceleration) for point in points)
     frequency, gains = acceleration / speed, Gains()
@@ -75,7 +75,7 @@ def test_quadrotor_follows_a_moving_reference(name: str) -> None:
 def test_reference_is_differentiated_twice() -> None:
     """On a circle with ω = 2 rad/s: a = -ω² p, da/dt = -ω² v."""
     reference = make_task("circle", CRAZYFLIE, radius=0.5, speed=1.0).reference
-    point = reference_at(reference, 0.7)
+    (point,) = reference_points(reference, np.array([0.7]))
     np.testing.assert_allclose(point.acceleration, -4.0 * (point.position - [0, 0, 1]), rtol=1e-3)
     np.testing.assert_allclose(point.jerk, -4.0 * point.velocity, rtol=1e-3)
 

@@ -19,7 +19,7 @@ The moment loop of Lee et al. is left to the rate loop on board.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import torch
@@ -37,6 +37,7 @@ UP = np.array([0.0, 0.0, 1.0])
 HALF_STEP = 0.02
 MOST_FEEDBACK = 8.0  # m/s²: far from the reference the vehicle leans by about 40°, no further
 LEAST_PULL = 2.0  # m/s²: the thrust direction never points at the ground
+AHEAD = 100  # steps whose references are computed at once: torch's calls would take most of a step's time
 
 
 @dataclass(frozen=True)
@@ -63,7 +64,7 @@ class GeometricQuadrotor(Memoryless):
         low: least action: thrust in N, body rates in rad/s ``# (4,)``.
         high: greatest action ``# (4,)``.
         dt: control period in s.
-        reference: full state ``# (..., 13)`` wanted at a time in s ``# (...,)``: a task's ``reference``.
+        reference: full state ``# (..., 13)`` wanted at a time in s ``# (...,)``, which alone it depends on: a task's.
         yaw_rate: turns the reference's heading further, rad/s.
         gains: feedback gains.
     """
@@ -75,12 +76,13 @@ class GeometricQuadrotor(Memoryless):
     reference: Callable[[Tensor], Tensor]
     yaw_rate: float = 0.0
     gains: Gains = Gains()
+    _points: dict[int, ReferencePoint] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
         """Thrust in N and body rates in rad/s ``# (4,)`` for a state ``# (13,)`` at time ``step · dt``."""
         measured = np.asarray(state, dtype=np.float64)
         attitude = body_axes(measured[3:7])
-        goal = reference_at(self.reference, step * self.dt)
+        goal = self._point(step)
         feedback = self.gains.position * (goal.position - measured[0:3])
         feedback += self.gains.velocity * (goal.velocity - measured[7:10])
         feedback *= min(1.0, MOST_FEEDBACK / max(float(np.linalg.norm(feedback)), 1e-9))
@@ -95,6 +97,13 @@ class GeometricQuadrotor(Memoryless):
         action: Array = np.clip([self.mass * pull @ attitude[:, 2], *rates], self.low, self.high)
         return action
 
+    def _point(self, step: int) -> ReferencePoint:
+        if step not in self._points:
+            steps = range(step, step + AHEAD)
+            self._points.clear()
+            self._points.update(zip(steps, reference_points(self.reference, np.array(steps) * self.dt), strict=True))
+        return self._points[step]
+
 
 @dataclass(frozen=True)
 class ReferencePoint:
@@ -108,14 +117,15 @@ class ReferencePoint:
     yaw_rate: float
 
 
-def reference_at(reference: Callable[[Tensor], Tensor], time: float) -> ReferencePoint:
-    """A reference at a time in s; acceleration and jerk by central differences of its velocity."""
-    around = torch.tensor([time - HALF_STEP, time, time + HALF_STEP], dtype=torch.float64)
-    states = reference(around).to(torch.float64)  # (3, 13)
+def reference_points(reference: Callable[[Tensor], Tensor], times: Array) -> list[ReferencePoint]:
+    """A reference at times in s ``# (n,)``; acceleration and jerk by central differences of its velocity."""
+    around = torch.as_tensor(times) + torch.tensor([[-HALF_STEP], [0.0], [HALF_STEP]], dtype=torch.float64)
+    states = reference(around).to(torch.float64)  # (3, n, 13)
     before, here, after = states.numpy()
-    acceleration = (after - before)[7:10] / (2 * HALF_STEP)
-    jerk = (after - 2 * here + before)[7:10] / HALF_STEP**2
-    return ReferencePoint(here[0:3], here[7:10], acceleration, jerk, float(yaw(states[1, 3:7])), float(here[12]))
+    acceleration = (after - before)[:, 7:10] / (2 * HALF_STEP)
+    jerk = (after - 2 * here + before)[:, 7:10] / HALF_STEP**2
+    columns = here[:, 0:3], here[:, 7:10], acceleration, jerk, yaw(states[1, :, 3:7]).tolist(), here[:, 12].tolist()
+    return [ReferencePoint(*row) for row in zip(*columns, strict=True)]
 
 
 def body_axes(attitude: Array) -> Array:

@@ -79,6 +79,7 @@ class MujocoPlant:
         self._body = mujoco.mj_name2id(self.mj_model, mujoco.mjtObj.mjOBJ_BODY, robot.description.body)
         self._wrench_places = [WRENCH.index(column) if column in WRENCH else -1 for column in robot.layouts.inputs]
         self._joint_places = _pushed_joints(robot, self.mj_model)
+        self._limited = np.flatnonzero(self.mj_model.jnt_limited)
         self._forces = [change.force for change in self.changes if change.force is not None]
         self.reset()
 
@@ -249,7 +250,9 @@ class MujocoPlant:
         if crash == "contact":
             return bool(self.mj_data.ncon)
         if crash == "joint range":
-            return _beyond_range(self.mj_model, self.mj_data)
+            places = self.mj_data.qpos[self.mj_model.jnt_qposadr[self._limited]]
+            low, high = self.mj_model.jnt_range[self._limited].T
+            return bool(((places <= low) | (places >= high)).any())
         if crash == "never":
             return False
         x, y = self.mj_data.qpos[4:6]
@@ -272,13 +275,6 @@ def _pushed_joints(robot: Robot, model: mujoco.MjModel) -> dict[int, int]:
     """Degree of freedom of every input that pushes along a joint."""
     names = {push_column(model.joint(index).name): int(model.jnt_dofadr[index]) for index in range(model.njnt)}
     return {place: names[column] for place, column in enumerate(robot.layouts.inputs) if column in names}
-
-
-def _beyond_range(model: mujoco.MjModel, data: mujoco.MjData) -> bool:
-    """Whether a joint with a range is at its end."""
-    limited = model.jnt_limited.astype(bool)
-    places, ranges = data.qpos[model.jnt_qposadr[limited]], model.jnt_range[limited]
-    return bool((places <= ranges[:, 0]).any() or (places >= ranges[:, 1]).any())
 
 
 def _filtered(filters: Sequence[Filter], values: Array) -> Array:

@@ -106,6 +106,19 @@ def test_a_slower_column_is_held_where_the_specification_says_so(tmp_path: Path)
     assert LogSpec.parse(proposed.toml()) == proposed.spec
 
 
+def test_a_command_with_rows_of_its_own_is_no_later_than_in_a_recording(tmp_path: Path) -> None:
+    """A table of several topics, each message a row: a row has what is in force halfway to the next, as in a bag."""
+    poses = pd.DataFrame({"t": 0.02 * np.arange(200), "x": np.arange(200.0), "y": 0.0})
+    sent = pd.DataFrame({"t": [0.0, 0.042, 0.0799, 0.131], "steer": [0.1, 0.2, 0.3, 0.4]})
+    file = tmp_path / "log.csv"
+    pd.concat([sent, poses]).sort_values("t", kind="stable").to_csv(file, index=False)
+    named = "\n".join(f'{name} = "{name}"' for name in ("x", "y", "steer"))
+    (log,) = read_logs(file, LogSpec.parse(f'hold = ["steer"]\n[time]\ncolumn = "t"\n[columns]\n{named}'))
+    np.testing.assert_array_equal(log.state[:, 0], np.arange(200.0))
+    first = [int(np.flatnonzero(log.action[:, 0] == value)[0]) for value in (0.1, 0.2, 0.3, 0.4)]
+    assert first == [0, 2, 4, 7]  # rows begin at 0, 40, 80 and 140 ms
+
+
 @pytest.mark.parametrize("name", ["gps_time", "thrust_cmd"])
 def test_a_proposal_holds_only_what_it_names(tmp_path: Path, name: str) -> None:
     flight = pd.read_csv(example_flight())

@@ -95,6 +95,35 @@ def test_jitter_delays_no_command_on_average(tmp_path: Path) -> None:
     assert abs(np.mean(log.time - sent_at)) < 0.1 * 0.02
 
 
+RAMP = 20.0  # 1/s, by which a command grows that is sent in steps
+
+
+def polled(folder: Path, period: float, first: float) -> tuple[Trajectory, float]:
+    """A ramp that is sent every ``period`` s from ``first`` on and read at each row, at steps of 50 ms.
+
+    And how far the command is ahead of the mean of what was in force, on average, s.
+    """
+    time = 0.02 * np.arange(1500)
+    sent = lambda moment: RAMP * (first + period * np.floor((moment - first) / period + 1e-9))  # noqa: E731
+    log = log_at(time)
+    write_log(Trajectory(time, log.state, sent(time)[:, None], log.inputs, LAYOUTS), folder / "log.csv")
+    made = read_log(folder / "log.csv", layouts=LAYOUTS, dt=0.05)
+    parts = 1000
+    moments = made.time[:, None] + 0.05 * (np.arange(parts) + 0.5) / parts
+    return made, float(np.mean(made.action[:-1, 0] - sent(moments).mean(1)[:-1])) / RAMP
+
+
+@pytest.mark.parametrize("period", [0.047, 0.0613])
+def test_a_command_of_a_slower_clock_is_as_often_early_as_late(tmp_path: Path, period: float) -> None:
+    """Read at the rows alone, it would be late by half of the 20 ms between them."""
+    assert abs(polled(tmp_path, period, -0.003)[1]) < 0.001
+
+
+@pytest.mark.parametrize("period", [0.04, 0.1])
+def test_a_command_that_is_sent_with_every_nth_row_begins_there(tmp_path: Path, period: float) -> None:
+    assert abs(polled(tmp_path, period, 0.0)[1]) < 1e-6
+
+
 def test_unknown_columns_hold_their_last_value(tmp_path: Path) -> None:
     time = jittered(4)
     log = reread(tmp_path, time, 0.02)

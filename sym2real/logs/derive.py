@@ -27,6 +27,16 @@ def rows_around(time: Array, dt: float | None) -> int:
     return max(SHORTEST, 2 * round(dt / float(np.median(np.diff(time)))) + 1)
 
 
+def in_force(own: Array, stamps: Array) -> NDArray[np.int64]:
+    """Which of the commands with stamps ``own`` is in force halfway to the next row ``# (rows,)``; -1 before the first.
+
+    A controller that answers a row has sent by then.
+    """
+    steps = np.diff(stamps, append=np.inf)
+    halfway = stamps + 0.5 * np.minimum(steps, np.median(steps))  # not of a gap
+    return np.searchsorted(own, halfway, side="right") - 1
+
+
 def _windows(rows: int, around: int) -> NDArray[np.int64]:
     width = min(around, rows)
     start = np.clip(np.arange(rows) - width // 2, 0, rows - width)

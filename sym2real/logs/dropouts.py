@@ -1,11 +1,12 @@
 """Rows in which a sensor or a link gave nothing, or nothing new: they are left out, and it is said where."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sym2real.errors import DataError
+from sym2real.logs.derive import in_force
 from sym2real.logs.table import Table
 from sym2real.trajectory import Array
 
@@ -27,20 +28,24 @@ def is_slow(values: Array) -> bool:
     return bool(there.any() and (there[:-1] & ~there[1:]).sum() >= ALONE * there.sum())
 
 
-def without_dropouts(table: Table, columns: Sequence[str], hold: Sequence[str] = ()) -> tuple[Table, tuple[str, ...]]:
+def without_dropouts(
+    table: Table, columns: Sequence[str], hold: Sequence[str] = (), sent: Collection[str] = (), stamp: str = ""
+) -> tuple[Table, tuple[str, ...]]:
     """The rows in which all of these columns hold a number, and a note on the others.
 
     Args:
         table: as read.
         columns: of the log; those that it has not are not looked at.
         hold: those whose last number stands until the next one.
+        sent: those of commands; of rows of their own, what is in force halfway to the next row that is kept.
+        stamp: of stamps, in order.
 
     Raises:
         DataError: for a column that is slower than the others, or when no row is left.
     """
     there = [name for name in dict.fromkeys(columns) if name in table.columns]
-    held = {name: last_number(table.columns[name]) for name in there if name in hold}
-    table = table.with_columns(held)
+    last = {name: last_number(table.columns[name]) for name in there if name in hold}
+    table = table.with_columns(last)
     empty = {name: np.isnan(table.columns[name]) for name in there}
     for name in there:
         _require_pace(table, name)
@@ -50,10 +55,14 @@ def without_dropouts(table: Table, columns: Sequence[str], hold: Sequence[str] =
         raise DataError(table.path, f"a row with numbers in all of {', '.join(empty_throughout or there)}", "none")
     if not gone.any():
         return table, ()
+    rows = table[~gone]
+    if stamp in table.columns and (np.diff(table.columns[stamp]) >= 0.0).all():
+        place = in_force(table.columns[stamp], rows.columns[stamp])
+        rows = rows.with_columns({name: values[place] for name, values in last.items() if name in sent})
     where = _stretches(table.lines[gone])
     names = ", ".join(name for name, missing in empty.items() if missing.any())
     note = f"{gone.sum()} of {len(table)} {LEFT_OUT}, for want of numbers in {names}: rows {where}"
-    return table[~gone], (note,)
+    return rows, (note,)
 
 
 def without_repeats(table: Table, stamp: str) -> tuple[Table, tuple[str, ...]]:

@@ -15,7 +15,7 @@ from sym2real.logs.dropouts import CUT, without_dropouts, without_repeats
 from sym2real.logs.grouping import layouts_from_json, trajectory, visible
 from sym2real.logs.missing import listed, specification
 from sym2real.logs.of_model import for_model
-from sym2real.logs.resample import REGULAR, gaps, is_regular, resample
+from sym2real.logs.resample import COMMANDS, REGULAR, gaps, is_regular, resample
 from sym2real.logs.sources import along_body, sources_of
 from sym2real.logs.specification import LogSpec
 from sym2real.logs.standard import Standard, own_specification, stamps, standardise, tidy
@@ -60,7 +60,10 @@ class Opened:
             )
         if given is None and used.time.column not in (*whole.columns, *whole.texts):
             raise whole.without(used.time.column, "of time stamps", specification(whole.path))
-        table, left_out = without_dropouts(whole[used.drop_first : used.drop_first + rows], used.sources, used.hold)
+        actions = COMMANDS.union(found.action if found else ())
+        sent = [source.column for name, source in used.columns.items() if name in actions]
+        flown = whole[used.drop_first : used.drop_first + rows]
+        table, left_out = without_dropouts(flown, used.sources, used.hold, sent, used.time.column)
         standard = standardise(table, used)
         notes = [] if given is None else [*standard.notes]
         if dropped := len(whole) - rows:

@@ -17,6 +17,9 @@ REGULAR = 0.02
 SAME_CLOCK = 1e-3
 # One or two missing rows are bridged; a longer interval is a gap, and nothing is made up inside it.
 GAP_INTERVALS = 3.5
+# Commands of another clock: so many changes tell, that are so many rows apart and not by a whole number of them, and
+# nearly all of them by the next smaller or larger one.
+FEWEST_HELD, SLOWER, UNEVEN, NEARLY_ALL = 20, 2.0, 0.05, 0.9
 # Rows of a log over those that a model's step leaves of it, from which it is said what uses all.
 THINNED = 1.5
 
@@ -67,7 +70,7 @@ def resample(log: Standard, dt: float, layouts: Layouts) -> Standard:
     columns: Columns = {}
     for name, values in log.columns.items():
         if name in commands:
-            columns[name] = _mean(time, values, grid, dt) if name in averaged else values[in_force]
+            columns[name] = _mean(_since(time, values), values, grid, dt) if name in averaged else values[in_force]
         else:
             columns[name] = np.interp(grid, time, values) if name in moving else values[latest]
     columns |= _circles(log, grid, commands) | _attitudes(log, grid, commands)
@@ -86,6 +89,22 @@ def _a_row_a_step(time: Array, dt: float) -> bool:
     usual = float(np.median(intervals))
     even = float(np.median(np.abs(intervals - usual))) <= SAME_CLOCK * usual
     return abs(usual - dt) <= REGULAR * dt and not (even and abs(usual_interval(intervals) - dt) > SAME_CLOCK * dt)
+
+
+def _since(time: Array, values: Array) -> Array:
+    """From when on the value of each row is in force ``# (rows,)``.
+
+    A command that a slower clock than the rows' changes, now every n rows and now every n + 1, was sent at some time
+    since the row before, halfway in the mean. One that always changes after n rows is sent by who writes the rows.
+    """
+    changes = np.flatnonzero(np.diff(values)) + 1
+    held = np.diff(changes)
+    if len(held) < FEWEST_HELD or not (usual := float(held.mean())) >= SLOWER:
+        return time
+    other_clock = abs(usual - round(usual)) > UNEVEN and np.mean(np.abs(held - usual) < 1.0) >= NEARLY_ALL
+    since = time.copy()
+    since[changes] -= 0.5 * other_clock * (time[changes] - time[changes - 1])
+    return since
 
 
 def _mean(time: Array, values: Array, grid: Array, dt: float) -> Array:

@@ -188,9 +188,8 @@ class Beam:
     def _best(self) -> EffectSet:
         """The cheapest set that is beyond chance; of a search that has just begun with others, the cheapest.
 
-        A limit that acts nearly always does what a gain or a load does, and a torque about each axis what a weak rotor
-        does: a threshold, or one parameter more, stands only where it saves more than a plainer effect in its place by
-        more than the standard error (L. Breiman et al., "Classification and Regression Trees", 1984, section 3.4.3).
+        A limit that acts nearly always does what a gain or a load does: a threshold stands only where it saves more
+        than an effect without one in its place, by more than the standard error.
         """
         by_price = sorted(self.sets.values(), key=lambda effects: effects.price)
         holding = (effects for effects in by_price if self._worth_its_size(effects) and self.selection.holds(effects))
@@ -199,7 +198,7 @@ class Beam:
             effects
             for effects in by_price
             if len(effects.names - best.names) == len(best.names - effects.names) == 1
-            and self.selection.complexity(effects) < self.selection.complexity(best)
+            and effects.thresholds < best.thresholds
             and self._worth_its_size(effects)
             and not self.selection.surely_cheaper(best, effects)
             and self.selection.holds(effects)

@@ -142,7 +142,7 @@ class Selection:
         """Number of effects that do nothing on one side of a threshold; of parameters, which few blocks do not tell."""
         parameters = int(self.problems.identifiable(effects.fit)[: len(effects.fit.free)].sum())
         enough = self.problems.block_count >= SETTINGS.fewest_pieces
-        return sum(candidate.needs_start for candidate in effects.chosen), enough * parameters
+        return effects.thresholds, enough * parameters
 
     def open(self, chosen: Sequence[Candidate], rivals: Sequence[Candidate]) -> list[Candidate]:
         """Those of the rivals that share no parameter with what is chosen."""

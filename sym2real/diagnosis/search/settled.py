@@ -24,7 +24,9 @@ def settle(predicted: Predicted) -> Needed:
     """Drop effects that predictions do not need, and those that the logs do not bear out, until all others stand."""
     selection, needed = predicted.selection, keep_needed(predicted)
     dropped, gone = needed.dropped, {candidate.name for candidate in needed.dropped}
-    while more := predicted.needs_most(_asked_again(selection, gone)) or _instead(selection, gone):
+    while more := (
+        predicted.needs_most(_asked_again(selection, gone)) or _instead(selection, gone) or _plainer(selection, gone)
+    ):
         gone |= {candidate.name for candidate in selection.chosen if candidate not in more.chosen}
         selection.put(more.chosen, more.fit)
         needed = keep_needed(predicted)
@@ -44,6 +46,18 @@ def _instead(selection: Selection, gone: Collection[str]) -> EffectSet | None:
     """What takes the place of an effect that the logs do not bear out; None where all are borne out."""
     place = refuted(selection, gone)
     return None if place is None else _in_place(selection, place, gone)
+
+
+def _plainer(selection: Selection, gone: Collection[str]) -> EffectSet | None:
+    """The cheapest set with a plainer effect in the place of one that saves no more than the standard error beside it.
+
+    A torque about each axis does what a weak rotor does. The one-standard-error rule: L. Breiman et al.,
+    "Classification and Regression Trees", 1984, section 3.4.3.
+    """
+    near, complexity = Near.of(selection), selection.complexity
+    rivals = [rival for place in near.places for rival in place.rivals if complexity(rival) < complexity(near.present)]
+    alike = [rival for rival in rivals if not selection.surely_cheaper(near.present, rival)]
+    return next(_standing(selection, alike, gone), None)
 
 
 def refuted(selection: Selection, gone: Collection[str] | None = None) -> Place | None:

@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from sym2real.logs.assignment import assign
+from sym2real.logs.derive import in_force
 from sym2real.logs.names import read_name
 from sym2real.trajectory import Array
 
@@ -120,9 +121,7 @@ def _recognised(columns: list[str]) -> list[str]:
 
 def _at(topic: Topic, stamps: Array, said: Said) -> dict[str, Array]:
     """A topic's columns at other stamps ``# (rows,)``."""
-    steps = np.diff(stamps, append=np.inf)
-    middle = stamps + 0.5 * np.minimum(steps, np.median(steps))  # not of a gap
-    before = np.searchsorted(topic.stamps, middle, side="right") - 1
+    before = in_force(topic.stamps, stamps)
     begun = before >= 0
     held = {
         name: np.where(begun, values[np.maximum(before, 0)], np.nan)

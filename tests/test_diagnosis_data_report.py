@@ -11,12 +11,12 @@ from standard_set import Case, simulate_case
 from sym2real.control import RandomCommands, geometric_controller
 from sym2real.data import example_flight
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.data.agreement import rate_agreement, velocity_agreement
 from sym2real.diagnosis.faults.mistakes.transformation import OtherAxes
 from sym2real.diagnosis.faults.report import data_report
 from sym2real.diagnosis.faults.sanity import check
 from sym2real.experiments.standard_conditions import sensors
 from sym2real.logs import read_log
+from sym2real.logs.agreement import rate_agreement, velocity_agreement
 from sym2real.logs.extremes import at_extremes
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot

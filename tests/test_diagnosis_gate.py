@@ -27,7 +27,7 @@ from sym2real.diagnosis.search.near import Near, groups_of
 from sym2real.diagnosis.search.needed import LAST_THIRD
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.settings import SETTINGS
-from sym2real.diagnosis.unexplained.explaining import beyond_floor
+from sym2real.diagnosis.unexplained.explaining import beyond_floor, find_far
 from sym2real.diagnosis.unexplained.leftover import Leftover, find_misfit
 from sym2real.effects import effect
 from sym2real.experiments.noisy_runs import noisy_runs
@@ -149,6 +149,17 @@ def test_a_misfit_that_predictions_do_not_show_is_none() -> None:
     assert not beyond_floor([stage("base", 5.0, 5.0), stage("+ wind", 1.3, 1.3)], floor)
     assert beyond_floor([stage("base", 1.4, 1.0)], floor)
     assert beyond_floor([], ())
+
+
+def test_predictions_far_from_the_floor_leave_something_where_every_residual_is_explained() -> None:
+    """Disturbances may be as large as all that is wrong: then nothing but predictions shows it."""
+    floor = (Floor(0.8, {"position": (1.0, "m"), "attitude": (1.0, "rad"), "velocity": (1.0, "m/s")}),)
+    (left,) = find_far([stage("base", 12.0, 2.0)], floor, 0.2)
+    assert left.matters and left.term.startswith("position")
+    assert "12.00 times that of noise and disturbances" in left.statement
+    assert find_far([stage("base", 2.9, 2.0)], floor, 0.2) == find_far([], floor, 0.2) == ()
+    (small,) = find_far([stage("base", 12.0, 2.0)], floor, 0.005)
+    assert not small.matters
 
 
 @pytest.mark.parametrize(("steps", "answer"), [(75, "CANNOT_TELL"), (800, "UNEXPLAINED")])

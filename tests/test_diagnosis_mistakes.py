@@ -284,6 +284,24 @@ def test_rows_that_repeat_or_jump_are_named_and_mended(robot: str, change: str) 
     assert data_report(broken, model).faults[0].evidence == fault.evidence
 
 
+@pytest.mark.parametrize("robot", PAPER_ROBOTS)
+def test_a_component_that_stands_while_the_others_go_on_is_named_and_cut(robot: str) -> None:
+    def broken(log: Trajectory) -> Trajectory:
+        return log.with_columns({"vy": np.where(np.arange(len(log)) < 120, log.column("vy"), log.column("vy")[120])})
+
+    data = healthy(robot)
+    found = check(ROBOTS[robot].nominal(), Dataset(map(broken, data)))
+    (fault,) = found.faults
+    assert fault.name == "vy stands"
+    assert all(len(log) <= 121 for log in found.data)
+
+
+def test_a_velocity_in_coarse_steps_stands_nowhere() -> None:
+    """In steps of a tenth a component often keeps its value for long while the others change."""
+    coarse = (log.with_columns({n: np.round(log.column(n), 1) for n in ("vx", "vy", "vz")}) for log in flights())
+    assert [bad for bad in bad_rows(Dataset(coarse)) if bad.kind == "stand"] == []
+
+
 def test_a_car_at_rest_repeats_nothing() -> None:
     (log, *_) = healthy("mushr")
     state: Array = np.repeat(log.state[:1], len(log), axis=0)

@@ -18,7 +18,6 @@ from sym2real import rotation
 from sym2real.data import example_flight
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import add, compare, diagnose
-from sym2real.diagnosis.data.agreement import thrust_agreement
 from sym2real.diagnosis.faults.fault import Breach
 from sym2real.diagnosis.faults.foreign_units import Steps, foreign_positions, foreign_velocities
 from sym2real.diagnosis.faults.misread_attitudes import SHIFTED, other_angles
@@ -28,6 +27,7 @@ from sym2real.diagnosis.faults.sanity import check, looks_for, through
 from sym2real.diagnosis.faults.units import Scaled
 from sym2real.effects.sensors import Sensors
 from sym2real.logs import read_log, write_log
+from sym2real.logs.agreement import thrust_agreement
 from sym2real.logs.differences import rates_on_time
 from sym2real.logs.pose import attitude, with_angles
 from sym2real.logs.sources import AsRead

@@ -17,6 +17,7 @@ from sym2real.logs.units import UNITS
 from sym2real.trajectory import Array
 
 UNIT = 0.05  # of sine and cosine from the unit circle, noise included
+SLOW = 5.0  # deg/s at most: whoever turns further than a few degrees is faster
 WHOLE_TURN = 0.1  # of a turn, within which a jump is one: it turns meanwhile
 
 
@@ -100,11 +101,21 @@ def _by_wraps(draft: Draft, values: Array) -> Said | None:
 
 
 def _by_rate(draft: Draft, values: Array) -> Said | None:
-    """The unit in which it changes as fast as a yaw rate whose unit its name states."""
+    """The unit in which it changes as fast as a yaw rate whose unit its name states, or whose numbers are small.
+
+    A robot that turns by more than 2π of either unit turns by more than a few degrees a second.
+    """
     rate = draft.assignment.columns.get("wz", "")
-    if not draft.assignment.unit(rate):
+    if not rate:
         return None
-    slopes, turning = draft.rows.slopes(values), UNITS[draft.assignment.unit(rate)][1] * draft.raw(rate)
+    named, slopes, numbers = draft.assignment.unit(rate), draft.rows.slopes(values), draft.raw(rate)
+    turning = (UNITS[named][1] if named else 1.0) * numbers
     if abs(draft.rows.correlation(slopes, turning)) < TOGETHER:
         return None
-    return by_ratio(ANGLES, draft.rows.ratio(slopes, turning), f"{rate!r} says in rad/s")
+    share = draft.rows.ratio(slopes, turning)
+    if named:
+        return by_ratio(ANGLES, share, f"{rate!r} says in rad/s")
+    fastest = float(np.abs(numbers).max())
+    if fastest > SLOW or np.ptp(values) < 2.0 * pi or by_ratio(ANGLES, share, "")[0] != "rad":
+        return None
+    return "rad", f"moves {share:.3g} times as much as {rate!r}, which at most {fastest:.3g} is no deg/s", "likely"

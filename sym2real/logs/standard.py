@@ -32,6 +32,8 @@ TURNED_ABOUT_X = frozenset(
         "yz",
     )
 ) | {"yaw", "ref_yaw", "sin_yaw", "ref_sin_yaw"}
+# Steps by which a stamp may come too early because rows came in another order; beyond, the clock has been set.
+ANEW = 50.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,9 +144,11 @@ def stamps(table: Table, spec: LogSpec) -> Array:
         return table.lines / spec.time.rate
     raw = table.column(spec.time.column, "of time stamps")
     if len(bad := np.flatnonzero(np.diff(raw) <= 0)):
-        before, after = raw[bad[0]], raw[bad[0] + 1]
+        before, after = float(raw[bad[0]]), float(raw[bad[0] + 1])
         kind = "the same stamp again, with other values" if before == after else "an earlier stamp"
-        found = f"{kind} ({float(before)!r} then {float(after)!r}): sort the rows by it, and keep one of each stamp"
+        anew = before - after > ANEW * float(np.median(np.abs(np.diff(raw))))
+        mend = "a clock that begins anew begins a log: split the file" if anew else "sort the rows by it"
+        found = f"{kind} ({before!r} then {after!r}): {mend}, and keep one of each stamp"
         raise table.error("stamps that increase strictly", found, int(bad[0]) + 1, spec.time.column)
     return raw * UNITS[spec.time.unit][1]
 

@@ -20,7 +20,6 @@ import numpy as np
 import torch
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.data.agreement import Agreement, rate_agreement, thrust_agreement, velocity_agreement
 from sym2real.diagnosis.faults.fault import Breach
 from sym2real.diagnosis.faults.mistakes.transformation import of_all
 from sym2real.diagnosis.faults.units import Scaled, best_factor, factors, in_unit
@@ -28,6 +27,7 @@ from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects.along_logs import from_row_to_row
 from sym2real.effects.filters import filter_commands
 from sym2real.effects.visible import VisibleModel
+from sym2real.logs.agreement import Agreement, rate_agreement, thrust_agreement, velocity_agreement
 from sym2real.symbolic import Equations
 from sym2real.vocabulary import POSITION
 

@@ -14,12 +14,12 @@ import torch
 
 from sym2real import rotation
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.data.agreement import RATES, level_push, rate_agreement, thrust_agreement
 from sym2real.diagnosis.data.preparation import present
 from sym2real.diagnosis.faults.fault import Breach
 from sym2real.diagnosis.faults.mistakes.transformation import Exchanged, Misread, counted_otherwise, of_all
 from sym2real.diagnosis.faults.units import factors
 from sym2real.diagnosis.settings import SETTINGS
+from sym2real.logs.agreement import RATES, level_push, rate_agreement, thrust_agreement
 from sym2real.logs.course import between, courses, decides, headings, together
 from sym2real.logs.derive import counted_angles
 from sym2real.logs.pose import attitude, with_angles

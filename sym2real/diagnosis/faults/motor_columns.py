@@ -10,7 +10,6 @@ import torch
 from torch import Tensor
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.data.agreement import RATES, VELOCITIES
 from sym2real.diagnosis.faults.fault import Fault, Settled
 from sym2real.diagnosis.faults.mistakes.transformation import Exchanged, of_all
 from sym2real.effects.along_logs import from_row_to_row
@@ -18,6 +17,7 @@ from sym2real.effects.filters import spelled_out
 from sym2real.effects.inputs import with_inputs
 from sym2real.effects.visible import VisibleModel, visible_in_double
 from sym2real.layout import motors_of
+from sym2real.logs.agreement import RATES, VELOCITIES
 from sym2real.logs.motor_order import ORDERS, MotorOrder, Turning, motor_order
 from sym2real.logs.pose import turned
 from sym2real.symbolic import Equations, compile_function

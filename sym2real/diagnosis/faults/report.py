@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 
 from sym2real.dataset import Dataset, Logs
-from sym2real.diagnosis.data.agreement import Agreement, agreements
 from sym2real.diagnosis.data.preparation import long_enough
 from sym2real.diagnosis.faults.fault import Fault
 from sym2real.diagnosis.faults.sanity import check, slow_said
 from sym2real.diagnosis.faults.variation import Excitation, exact, exactness, excitation
 from sym2real.diagnosis.settings import SETTINGS
+from sym2real.logs.agreement import Agreement, agreements
 from sym2real.symbolic import Equations
 
 

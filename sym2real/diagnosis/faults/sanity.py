@@ -12,7 +12,6 @@ import torch
 from torch import Tensor
 
 from sym2real.dataset import Dataset, Logs
-from sym2real.diagnosis.data.agreement import agreements
 from sym2real.diagnosis.data.preparation import long_enough
 from sym2real.diagnosis.faults.fault import Breach, Fault, Settled
 from sym2real.diagnosis.faults.foreign_units import BY_SENSORS, foreign_commands
@@ -32,6 +31,7 @@ from sym2real.effects.inputs import with_one_clock
 from sym2real.effects.readings import SENSOR_SCALE, SENSOR_SIGN
 from sym2real.effects.sensors import Sensors
 from sym2real.errors import ShapeError
+from sym2real.logs.agreement import agreements
 from sym2real.logs.differences import rates_on_time
 from sym2real.logs.dropouts import is_unasked
 from sym2real.logs.sources import AsRead

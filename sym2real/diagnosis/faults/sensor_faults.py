@@ -30,7 +30,6 @@ from math import sqrt
 import numpy as np
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.data.agreement import RATES, turning
 from sym2real.diagnosis.data.simulating import simulate
 from sym2real.diagnosis.data.start import ROWS, noise_level
 from sym2real.diagnosis.faults.fault import Fault, Settled
@@ -39,6 +38,7 @@ from sym2real.effects import EFFECTS
 from sym2real.effects.readings import SENSOR_BIAS, SENSOR_SCALE, TIME_SHIFT
 from sym2real.errors import Sym2RealError
 from sym2real.layout import Layout
+from sym2real.logs.agreement import RATES, turning
 from sym2real.logs.equal_steps import resampled
 from sym2real.logs.sources import AsRead
 from sym2real.logs.wheel_speed import along, made_of_wheel, way, with_along

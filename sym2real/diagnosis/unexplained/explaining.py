@@ -66,6 +66,8 @@ def _leftovers(scored: Scored, rest: Rest) -> tuple[Leftover, ...]:
         errors = problems.problem.residuals(selection.fit.values[None])[0]
         motion = part_of_changes(problems.problem.segments, errors)
         leftovers += find_misfit(problems.whitening.misfit(errors), motion)
+        if own is None and not any(leftover.matters for leftover in leftovers):  # else the base's own may be as large
+            leftovers += find_far(scored.stages, scored.floor, motion)
     return tuple(sorted(leftovers, key=lambda leftover: not leftover.matters))
 
 
@@ -81,8 +83,30 @@ def beyond_floor(stages: Sequence[Stage], floor: Sequence[Floor]) -> bool:
     if not (stages and floor):
         return True
     errors = stages[-1].horizons[stages[-1].nearest(JUDGED_AT)]
-    lowest = min(floor, key=lambda level: abs(level.horizon - JUDGED_AT)).errors
+    lowest = _judged_at(floor).errors
     return any(errors[channel].low > SETTINGS.above_noise * lowest[channel][0] for channel in judged(errors))
+
+
+def find_far(stages: Sequence[Stage], floor: Sequence[Floor], motion: float) -> tuple[Leftover, ...]:
+    """Predictions over a controller's horizon that are far from the floor, where disturbances explain every residual.
+
+    Args:
+        stages: errors on held-out logs.
+        floor: of a model that misses nothing.
+        motion: part of the robot's motion that all errors make.
+    """
+    if not (stages and floor):
+        return ()
+    errors, lowest = stages[-1].horizons[stages[-1].nearest(JUDGED_AT)], _judged_at(floor)
+    times = {name: errors[name].low / max(lowest.errors[name][0], 1e-12) for name in judged(errors)}
+    worst = max(times, key=lambda name: times[name])
+    if times[worst] <= SETTINGS.far:
+        return ()
+    return (Leftover(MISFIT, "", 1.0 - times[worst] ** -2, f"{worst}, {lowest.horizon:.3g} s ahead", motion=motion),)
+
+
+def _judged_at(floor: Sequence[Floor]) -> Floor:
+    return min(floor, key=lambda level: abs(level.horizon - JUDGED_AT))
 
 
 def worse_than_nothing(scored: Scored) -> tuple[Leftover, ...]:

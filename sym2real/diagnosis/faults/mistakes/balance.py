@@ -20,11 +20,11 @@ import torch
 
 from sym2real import rotation
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.data.agreement import RATES
 from sym2real.effects.along_logs import from_row_to_row, with_filtered_commands
 from sym2real.effects.inputs import with_inputs
 from sym2real.effects.visible import VisibleModel
 from sym2real.layout import Layout
+from sym2real.logs.agreement import RATES
 from sym2real.logs.pose import attitude
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Array, Trajectory

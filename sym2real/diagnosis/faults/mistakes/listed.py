@@ -13,13 +13,13 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.data.agreement import RATES, VELOCITIES
 from sym2real.diagnosis.data.preparation import present
 from sym2real.diagnosis.faults.misread_attitudes import COMMANDED, FROM_WORLD, OfAttitude
 from sym2real.diagnosis.faults.mistakes.balance import SHIFTED, Balance
 from sym2real.diagnosis.faults.mistakes.transformation import Exchanged, Late, OtherAxes, Transformation, Turned
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.layout import Layout, motors_of
+from sym2real.logs.agreement import RATES, VELOCITIES
 from sym2real.logs.course import between, courses, headings
 from sym2real.logs.sources import ANGLES
 from sym2real.trajectory import Array

@@ -1,10 +1,11 @@
-"""Rows that a log should not hold as they are: repeated ones, and values that jump.
+"""Rows that a log should not hold as they are: repeated ones, a component that stands, and values that jump.
 
 A row repeats where a sensor's columns hold to the last bit what they held in the row before although the robot moves,
-as a slower sensor or a lost packet writes it: the next fresh row has then moved by more than one step. A value jumps
-where it leaves its neighbours by far more than its changes vary, and by more than they move there: what is let go under
-full torque does not jump. Of up to three such rows in a row the values are
-interpolated; longer runs cut the log, and nothing is made up inside.
+as a slower sensor or a lost packet writes it: the next fresh row has then moved by more than one step. A component of
+a velocity or a rate stands where it holds the same bits longer than a jump lasts while the others go on, though it
+changes from row to row elsewhere. A value jumps where it leaves its neighbours by far more than its changes vary, and
+by more than they move there: what is let go under full torque does not jump. Of up to three such rows in a row the
+values are interpolated; longer runs cut the log, and nothing is made up inside.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ class BadRows:
     """Rows whose values of some columns are not those of their time.
 
     Args:
-        kind: "repeat" or "jump".
+        kind: "repeat", "stand" or "jump".
         columns: of the state.
         rows: of each log ``# (rows,)``.
         cuts: places before which a log is cut, in each log.
@@ -49,14 +50,19 @@ class BadRows:
         names = " ".join(self.columns)
         if self.kind == "repeat":
             return f"rows that repeat in {names}: {count} hold what the row before held while the robot moves"
-        places = sum(map(len, self.cuts))
-        whole = f", and {places} that stay" if places else ""
-        return f"{names} jumps: {count} rows are off by far more than any step{whole}"
+        if self.kind == "stand":
+            return f"{names} stands: {count} rows hold the same bits while what is measured with it goes on"
+        places, off = sum(map(len, self.cuts)), any(rows.any() for rows in self.rows)
+        found = [f"{count} rows are off by far more than any step"] if off else []
+        found += [f"in {places} places it goes on elsewhere, further than any step"] if places else []
+        return f"{names} jumps: {', and '.join(found)}"
 
     def fix(self, _: AsRead) -> str:
         """What to change."""
         if self.kind == "repeat":
             return "log a sensor when it has measured, and leave its cells empty in between; such rows are interpolated"
+        if self.kind == "stand":
+            return "look at what reads that component and writes it; the log is cut where it stands"
         return "look at the motion capture's bodies or the sensor's link; such rows are interpolated, or the log is cut"
 
     def undone(self, data: Dataset) -> Dataset:
@@ -66,9 +72,9 @@ class BadRows:
 
 
 def bad_rows(data: Dataset) -> list[BadRows]:
-    """What repeats, then what jumps, each in the logs without those before it."""
+    """What repeats, then what stands, then what jumps, each in the logs without those before it."""
     damages, fields = list[BadRows](), data.layouts.state.fields
-    while bad := _all_that_repeats(data):
+    while bad := _all_that_repeats(data) or _standing(data):
         damages.append(bad)
         data = bad.undone(data)
     for columns in (one for field in fields if field.kind == "vector" for one in _sensors(field)):
@@ -107,6 +113,28 @@ def _repeated(data: Dataset, columns: Sequence[str]) -> BadRows | None:
     if few or not caught_up or float(np.median(caught_up)) < SETTINGS.gap:
         return None
     return BadRows("repeat", tuple(columns), tuple(rows), tuple(() for _ in data))
+
+
+def _standing(data: Dataset) -> BadRows | None:
+    """The first component of a measured velocity or rate that stands."""
+    for field in (field for field in data.layouts.state.fields if field.frame and field.unit.endswith("/s")):
+        still = [np.diff(log.state[:, data.layouts.state.indices(field.columns)], axis=0) == 0.0 for log in data]
+        for place, column in enumerate(field.columns):
+            others = [np.delete(part, place, axis=1).all(axis=1) for part in still]
+            rows = [_long_runs(part[:, place] & ~rest) for part, rest in zip(still, others, strict=True)]
+            elsewhere = np.concatenate([part[~own, place] for part, own in zip(still, rows, strict=True)])
+            if any(own.any() for own in rows) and len(elsewhere) and elsewhere.mean() < 1.0 - SETTINGS.nearly:
+                bad = tuple(np.concatenate([[False], own]) for own in rows)
+                return BadRows("stand", (column,), bad, tuple(() for _ in data))
+    return None
+
+
+def _long_runs(rows: Rows) -> Rows:
+    """Those that follow each other for longer than a value that jumped is away."""
+    long = np.zeros(len(rows), dtype=bool)
+    for first, last in _runs(rows):
+        long[first:last] = last - first > SETTINGS.jump_rows
+    return long
 
 
 def _jumping(data: Dataset, columns: tuple[str, ...]) -> BadRows | None:
@@ -162,10 +190,14 @@ def _excursions(change: Array, jumps: NDArray[np.int64], *, stays: bool) -> tupl
     return rows, tuple(cuts)
 
 
-def _mended(log: Trajectory, columns: Sequence[str], rows: Rows, cuts: Sequence[int]) -> list[Trajectory]:
+def _runs(rows: Rows) -> list[tuple[int, int]]:
+    """First row of each run, and the one behind it."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], rows, [False]]).astype(int)))
-    runs = [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
-    long = [(a, b) for a, b in runs if b - a > SETTINGS.bridged_rows or a == 0 or b == len(rows)]
+    return [(int(first), int(end)) for first, end in edges.reshape(-1, 2)]
+
+
+def _mended(log: Trajectory, columns: Sequence[str], rows: Rows, cuts: Sequence[int]) -> list[Trajectory]:
+    long = [(a, b) for a, b in _runs(rows) if b - a > SETTINGS.bridged_rows or a == 0 or b == len(rows)]
     good = np.flatnonzero(~rows)
     if not len(good):
         return []

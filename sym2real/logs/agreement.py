@@ -12,9 +12,9 @@ import numpy as np
 import torch
 
 from sym2real import rotation
-from sym2real.diagnosis.settings import SETTINGS
-from sym2real.effects.body import GRAVITY
 from sym2real.logs.pose import attitude, turned
+from sym2real.logs.reading import CLEAR
+from sym2real.logs.units import GRAVITY
 from sym2real.trajectory import Array, Trajectory
 from sym2real.vocabulary import POSITION, RATE, VELOCITY
 
@@ -46,9 +46,9 @@ class Agreement:
         """agrees, reversed, unclear or too little motion."""
         if self.correlation is None:
             return "too little motion"
-        if self.correlation <= -SETTINGS.mostly:
+        if self.correlation <= -CLEAR:
             return "reversed"
-        return "agrees" if self.correlation >= SETTINGS.mostly else "unclear"
+        return "agrees" if self.correlation >= CLEAR else "unclear"
 
     @property
     def concordance(self) -> float:

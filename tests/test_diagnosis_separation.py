@@ -76,12 +76,12 @@ def test_a_torque_and_a_centre_of_mass_stay_one_and_it_is_said() -> None:
     said = advice(CRAZYFLIE, "torque_bias", {"tx": 0.0, "ty": 2e-6}, "com_offset", "offset:wx_cmd")
     assert said.startswith("none of 6 manoeuvres")
     assert explained(said, "com_offset") > 95
-    assert "nothing in flight tells it from offset:wx_cmd" in said
+    assert "no motion tells it from offset:wx_cmd" in said
 
 
 def test_what_nothing_parts_is_not_tried() -> None:
     said = advice(CRAZYFLIE, "added_mass", {"value": 0.003}, "gain:thrust")
-    assert said == "nothing in flight tells it from gain:thrust, but scales do: weigh the robot"
+    assert said == "no motion tells it from gain:thrust, but scales do: weigh the robot"
 
 
 def test_without_a_simulator_it_is_said_once_that_advice_was_not_tried() -> None:

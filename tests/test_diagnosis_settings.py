@@ -17,7 +17,7 @@ FOLDER = Path(sym2real.diagnosis.__file__).parent
 COMPUTING = {
     "ALIKE", "ANSWERED", "BETTER", "CONVERGED", "FEWEST_IN_LEAF", "LAST_THIRD", "LEVEL", "MATTERS", "MISSED", "MOST",
     "MOST_CACHED", "MOST_CONSTANTS", "MOST_EFFECTS", "ORDER", "PIECE", "ROUNDS", "ROWS",
-    "SMALLEST", "SMALLEST_NOISE", "SMOOTHING", "STILL",
+    "SMALLEST", "SMALLEST_NOISE", "STILL",
 }  # fmt: skip
 # Signs, counts of axes, halves of a range, and what keeps a division or a logarithm finite.
 PLAIN = (-1, 0, 1, 2, 3)

@@ -390,6 +390,9 @@ def test_units_in_names(name: str) -> None:
     assert (found.quantity, found.unit) == UNITS[name]
 
 
-@pytest.mark.parametrize("name", ["battery_current", "foo", "id", "temperature", "rssi"])
+@pytest.mark.parametrize(
+    "name",
+    ["battery_current", "foo", "id", "temperature", "rssi", "v_xy_valid", "delta_q_reset[0]", "delta_xy[0]", "x_std"],
+)
 def test_names_that_say_nothing(name: str) -> None:
     assert read_name(name) is None

@@ -208,6 +208,12 @@ BAD: dict[str, tuple[str | bytes, int | None, str | None, str]] = {
     "every other cell empty": (GOOD.replace("0.1,1,2,3", "0.1,,2,3"), 3, "x", "an empty cell.*33 % of the rows"),
     "infinite": (GOOD.replace("0.2,1,2,3", "0.2,1,2,inf"), 4, "vx", "inf"),
     "time goes back": (GOOD.replace("0.2,", "0.05,"), 4, "t", r"an earlier stamp \(0\.1 then 0\.05\)"),
+    "a clock begins anew": (
+        f"{HEADER}\n" + "".join(f"{t},1,2,3\n" for t in (5, 6, 7, 8, 9, 99, 0, 1)),
+        8,
+        "t",
+        "split the file",
+    ),
     "time stands": (GOOD.replace("0.2,1", "0.1,4"), 4, "t", "the same stamp again.*keep one of each"),
     "time not a number": (GOOD.replace("0.1,", "later,"), 3, "t", "'later'"),
     "no time": (

@@ -65,6 +65,18 @@ def test_a_velocity_to_the_side_that_is_always_zero_says_nothing_of_the_unit(
     assert float(re.findall(r"moves (\S+) times", evidence)[0]) == pytest.approx(factor, rel=0.1)
 
 
+@pytest.mark.parametrize(("unit", "factor"), [("rad", 1.0), ("deg", 180.0 / np.pi)])
+def test_a_heading_that_goes_on_beyond_a_turn_has_the_unit_in_which_its_rate_is_likely(
+    tmp_path: Path, unit: str, factor: float
+) -> None:
+    """Of a robot that drives where it does not point: a few numbers a second are radians, a hundred are degrees."""
+    yaw = 1.4 * TIME + np.sin(TIME)
+    rate, side = 1.4 + np.cos(TIME), np.random.default_rng(2).normal(0.0, 1.0, len(TIME)).cumsum() * 0.02
+    columns = {"t": TIME, "x": np.sin(0.7 * TIME), "y": side, "yaw": factor * yaw, "wz": factor * rate}
+    found = inspect_logs(saved(tmp_path, columns, "omni.csv"))
+    assert (found.spec.columns["yaw"].unit or "rad") == unit
+
+
 @pytest.mark.parametrize("letters", ["wz", "zw"])
 def test_a_quaternion_of_the_components_that_a_robot_on_the_ground_has_is_its_heading(
     tmp_path: Path, letters: str

@@ -103,7 +103,8 @@ def _lines(path: Path) -> list[str]:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         row = content[: error.start].count(b"\n") + 1
-        raise DataError(path, "text", f"bytes that are no UTF-8 (0x{content[error.start]:02x})", row) from None
+        found = f"bytes that are no UTF-8 (0x{content[error.start]:02x}): save the file as UTF-8"
+        raise DataError(path, "text", found, row) from None
     if (position := text.find("\0")) >= 0:
         raise DataError(path, "text", "a zero byte", text[:position].count("\n") + 1)
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")

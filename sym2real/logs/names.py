@@ -51,7 +51,8 @@ class Named:
 def read_name(name: str) -> Named | None:
     """What a column's name says; None where it says nothing that is known here."""
     words, unit = words_and_unit(name)
-    if WORDS["circular"].intersection(words):  # of an angle, and no angle
+    # Of an angle, and no angle; about a measurement, and none: whether it is valid, how often it was reset.
+    if (WORDS["circular"] | WORDS["about"]).intersection(words):
         return None
     role: Role = "state"
     if (WORDS["command"] | WORDS["wanted"]).intersection(words):
@@ -95,7 +96,8 @@ def _quantity(words: Sequence[str]) -> tuple[str, str, bool] | None:
     # In this order: "local_position/pose/orientation.x" is an attitude, "attitude_rate.x" a rate.
     rules = (
         ("battery", has("battery") and not has("not voltage"), ""),
-        ("steer", (has("steer") and not has("rate", "velocity")) or (has("servo") and not digit), ""),
+        ("steer", has("steer") and not has("rate", "velocity") and not letter and "xy" not in words, ""),
+        ("steer", has("servo") and not digit, ""),
         ("thrust", has("thrust") and axis in {"", "z", "2"}, ""),
         ("throttle", has("throttle"), ""),
         ("motor", has("motor") and (corner or digit), corner or digit),

@@ -128,7 +128,8 @@ def _row_by_row(tables: Sequence[Table]) -> Table:
     columns: dict[str, Array] = {}
     for table in tables:
         if len(table) < len(longest) - 1:
-            expected = f"as many rows as {longest.path.name} ({len(longest)}), or one fewer, or stamps in both"
+            stamps = "or stamps in both, in columns of one name"
+            expected = f"as many rows as {longest.path.name} ({len(longest)}), or one fewer, {stamps}"
             raise DataError(table.path, expected, f"{len(table)} rows")
         for name, values in table.columns.items():
             columns[name] = values if len(values) == len(longest) else np.append(values, values[-1])

@@ -190,4 +190,4 @@ def _never(finding: Finding, equations: Equations) -> list[str]:
         return []
     ways = [way for way in (effect(key, equations).of.weighed for key in (finding.effect, *same)) if way]
     instead = f", but {ways[0]}" if ways else ""
-    return [f"nothing in flight tells it from {' or '.join(same)}{instead}"]
+    return [f"no motion tells it from {' or '.join(same)}{instead}"]

@@ -143,6 +143,20 @@ def test_where_predictions_judge_nothing_an_effect_is_no_answer_beside_what_is_l
     assert verdict((), found, left, hover, problems_of(800)) == "EFFECT"  # of a hover few models predict anything
 
 
+def test_an_effect_that_leaves_its_own_command_something_to_explain_has_another_form() -> None:
+    """Of another mass half of the time a limit of the thrust explains most, and no answer to the thrust."""
+    found, gate = (Finding("limit:thrust", {}, 1.0),), Gate(stage("base", 3.0, 1.0), stage("+ limit:thrust", 2.0, 1.0))
+    left = Leftover("thrust", "fz", 0.4, "", motion=0.5)
+    assert verdict((), found, (left,), gate, problems_of(800)) == "UNEXPLAINED"
+    said = summary("UNEXPLAINED", (), found, (left,), gate=gate, stages=())
+    assert "so that its form is another" in said
+    elsewhere = replace(left, channel="limit:thrust", explained_by="speed")
+    assert verdict((), found, (replace(elsewhere, r2=0.95),), gate, problems_of(800)) == "UNEXPLAINED"
+    assert verdict((), found, (elsewhere,), gate, problems_of(800)) == "EFFECT"
+    for other in (replace(left, explained_by="height"), replace(left, motion=0.001)):
+        assert verdict((), found, (other,), gate, problems_of(800)) == "EFFECT"
+
+
 def test_a_misfit_that_predictions_do_not_show_is_none() -> None:
     """Known to a third: an error of position is beyond its floor from 4/3 on; of velocity none is judged."""
     floor = (Floor(0.8, {"position": (1.0, "m"), "attitude": (1.0, "rad"), "velocity": (1.0, "m/s")}),)

@@ -68,6 +68,13 @@ def test_wind_of_every_flights_own_is_left_over_and_no_small_disturbance() -> No
 
 
 @pytest.mark.slow
+def test_a_heavier_robot_in_half_of_few_logs_is_no_limit_of_the_thrust() -> None:
+    """Thrust that is larger in those logs alone acts as if it ended where the plain robot's does."""
+    logs = [flown("added_mass", {"value": 0.2 * CRAZYFLIE.mass * (number % 2)}, number, 300) for number in range(4)]
+    assert diagnose(CRAZYFLIE.nominal(), Dataset(logs), exclude=OUT[:5]).verdict == "UNEXPLAINED"
+
+
+@pytest.mark.slow
 def test_trim_that_differs_from_run_to_run_is_no_constant() -> None:
     found = diagnosed(windy=False)
     assert found.leftover is None

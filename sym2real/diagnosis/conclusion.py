@@ -33,11 +33,11 @@ def verdict(
     that no effect explains what is left. A fault alone is the answer only where nothing is left once it is undone.
     Where predictions judge nothing, an effect is the answer if errors fall all the same or nothing else is missing.
     Nothing is missing where no error is larger by a tenth without any of the findings, nor without all of them. What
-    commands between the rows may have done is no effect.
+    commands between the rows may have done is no effect, nor is what leaves its own command something to explain.
     """
     unexplained = any(leftover.matters for leftover in leftovers)
     borne_out = gate.before is None or gate.beats_hold or gate.fallen
-    clear = any(not finding.doubtful for finding in findings)
+    clear = any(not finding.doubtful for finding in findings) and not _of_another_form(findings, leftovers)
     established = clear and gate.passed and (borne_out or not unexplained)
     if problems.block_count < SETTINGS.fewest_pieces or not (finished or established):
         return "CANNOT_TELL"
@@ -78,7 +78,7 @@ def summary(
         parts += found if gate.passed else [*_beside(findings, gate), *rest]
     elif answer == "UNEXPLAINED":
         parts.append(f"something is missing that no effect of the catalogue explains: {' and '.join(left)}")
-        parts += [*_beside(findings, gate), *minor]
+        parts += [*_beside(findings, gate, leftovers), *minor]
     elif answer == "NOTHING_MISSING":
         parts += ["nothing is missing beyond noise and small disturbances", *rest, *_small(findings)]
     else:
@@ -104,9 +104,29 @@ def _small(findings: Sequence[Finding]) -> list[str]:
     return [f"small: {names}, beyond chance, and no error is larger by a tenth without it"] if names else []
 
 
-def _beside(findings: Sequence[Finding], gate: Gate) -> list[str]:
+def _of_another_form(findings: Sequence[Finding], leftovers: Sequence[Leftover]) -> bool:
+    """Whether what an effect of a command should explain is left, or it is another one from place to place.
+
+    Another mass in some of the logs looks like a limit of the thrust.
+    """
+    commands = {finding.effect: finding.effect.partition(":")[2] for finding in findings if ":" in finding.effect}
+    return any(
+        leftover.matters
+        and (
+            leftover.explained_by in commands.values()
+            or (leftover.channel in commands and leftover.r2 >= SETTINGS.nearly)
+        )
+        for leftover in leftovers
+    )
+
+
+def _beside(findings: Sequence[Finding], gate: Gate, leftovers: Sequence[Leftover] = ()) -> list[str]:
     """What was found where the answer is another one, and why it is none."""
-    return [f"beside it {_beyond_chance(findings)}, but {_not_borne_out(findings, gate)}"] if findings else []
+    if not findings:
+        return []
+    form = "what is left goes with it or with its command, so that its form is another"
+    why = form if _of_another_form(findings, leftovers) else _not_borne_out(findings, gate)
+    return [f"beside it {_beyond_chance(findings)}, but {why}"]
 
 
 def _no_answer(findings: Sequence[Finding], gate: Gate, interrupted: str) -> list[str]:

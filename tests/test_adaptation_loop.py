@@ -76,7 +76,6 @@ def test_seeds_may_be_numpys(tmp_path: Path) -> None:
     assert networks.fit(Dataset(ours.logs[0]).transitions()).widths == (4,)
 
 
-@pytest.mark.slow
 def test_errors_fall_with_the_first_trajectory(adapted: Adaptation) -> None:
     zero_shot, first, _ = adapted.reports
     assert first.error < 0.5 * zero_shot.error

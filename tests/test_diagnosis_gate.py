@@ -149,7 +149,9 @@ def test_an_effect_that_leaves_its_own_command_something_to_explain_has_another_
     left = Leftover("thrust", "fz", 0.4, "", motion=0.5)
     assert verdict((), found, (left,), gate, problems_of(800)) == "UNEXPLAINED"
     said = summary("UNEXPLAINED", (), found, (left,), gate=gate, stages=())
-    assert "so that its form is another" in said
+    assert "still depends on the same command" in said
+    joint = (Finding("joint_friction:q", {}, 1.0),)
+    assert verdict((), joint, (replace(left, explained_by="q"),), gate, problems_of(800)) == "EFFECT"
     elsewhere = replace(left, channel="limit:thrust", explained_by="speed")
     assert verdict((), found, (replace(elsewhere, r2=0.95),), gate, problems_of(800)) == "UNEXPLAINED"
     assert verdict((), found, (elsewhere,), gate, problems_of(800)) == "EFFECT"

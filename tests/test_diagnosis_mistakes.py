@@ -296,6 +296,21 @@ def test_a_component_that_stands_while_the_others_go_on_is_named_and_cut(robot: 
     assert all(len(log) <= 121 for log in found.data)
 
 
+def test_a_component_that_is_zero_stands_nowhere() -> None:
+    """Straight along an axis, then a turn: exact logs hold zeros for as long as there is no motion."""
+    (log, *_) = healthy("mushr")
+    straight = log.with_columns({"vy": np.where(np.arange(len(log)) < 80, 0.0, log.column("vy"))})
+    assert bad_rows(Dataset([straight])) == []
+
+
+@pytest.mark.parametrize("row", [3, 5, 20])
+def test_a_component_that_stands_nearly_throughout_is_no_error(row: int) -> None:
+    (log, *_) = healthy("mushr")
+    rows = np.arange(len(log))
+    standing = log.with_columns({"vy": np.where(rows < row, log.column("vy"), log.column("vy")[row])})
+    assert len(check(ROBOTS["mushr"].nominal(), Dataset([standing])).data) == 1
+
+
 def test_a_velocity_in_coarse_steps_stands_nowhere() -> None:
     """In steps of a tenth a component often keeps its value for long while the others change."""
     coarse = (log.with_columns({n: np.round(log.column(n), 1) for n in ("vx", "vy", "vz")}) for log in flights())

@@ -37,7 +37,6 @@ def plain() -> Dataset:
     return flights_with("", {})
 
 
-@pytest.mark.slow
 def test_honest_logs_have_no_fault_and_are_looked_at_once() -> None:
     model, honest = CRAZYFLIE.nominal(), plain()
     checked = check(model, honest)

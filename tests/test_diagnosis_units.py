@@ -382,7 +382,6 @@ def test_the_fix_mends_the_log(tmp_path: Path, factors: Factors, lines: list[str
     assert check(model, Dataset([mended])).faults == ()
 
 
-@pytest.mark.slow
 def test_sound_logs_of_both_robots_and_a_hover_alone_have_no_breach() -> None:
     assert breaches(flights(), CRAZYFLIE.nominal())[0] == []
     assert breaches(Dataset([flights()[0]]), CRAZYFLIE.nominal())[0] == []

@@ -231,7 +231,7 @@ def stage(low: float, worse: Mapping[float, tuple[str, ...]]) -> Stage:
     return Stage("base", {0.1: error, 0.8: error}, worse=dict(worse))
 
 
-def test_a_model_that_foretells_a_step_worse_than_nothing_misses_something() -> None:
+def test_a_model_that_predicts_a_step_worse_than_nothing_misses_something() -> None:
     noise = Floor(0.1, {"attitude": (0.01, "rad")})
     (left,) = find_astray(stage(0.1, {0.1: ("attitude",), 0.8: ()}), noise)
     assert left.matters

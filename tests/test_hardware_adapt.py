@@ -45,7 +45,6 @@ def test_a_car_is_put_back_before_every_round_and_each_is_recorded(
     assert [int(sum(drive["stage"] == 1.0)) for drive in drives] == [120, 60]
 
 
-@pytest.mark.slow
 def test_a_dry_run_checks_the_drone_and_sends_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     save_model(CRAZYFLIE.nominal(), tmp_path / "model")
     out = tmp_path / "adapted"
@@ -58,7 +57,6 @@ def test_a_dry_run_checks_the_drone_and_sends_nothing(tmp_path: Path, capsys: py
     assert not out.exists()
 
 
-@pytest.mark.slow
 def test_a_person_is_asked_to_put_the_car_back(monkeypatch: pytest.MonkeyPatch) -> None:
     said: list[str] = []
     with MushrLaboratory(sim=True).open(MUSHR.start, said.append) as fake:

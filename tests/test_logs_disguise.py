@@ -362,6 +362,8 @@ NAMES = {
     "vel_w_x": ("velocity", "x", "state"),
     "x_w": ("position", "x", "state"),
     "u_steer": ("steer", "", "command"),
+    "delta_f": ("steer", "", "command"),
+    "battery_status.voltage_v": ("battery", "", "state"),
 }
 UNITS = {
     "thrust_cmd_N": ("thrust", "N"),
@@ -392,7 +394,20 @@ def test_units_in_names(name: str) -> None:
 
 @pytest.mark.parametrize(
     "name",
-    ["battery_current", "foo", "id", "temperature", "rssi", "v_xy_valid", "delta_q_reset[0]", "delta_xy[0]", "x_std"],
+    [
+        "battery_current",
+        "foo",
+        "id",
+        "temperature",
+        "rssi",
+        "v_xy_valid",
+        "delta_q_reset[0]",
+        "delta_xy[0]",
+        "x_std",
+        "delta_z",
+        "delta_vxy[0]",
+        "delta_heading",
+    ],
 )
 def test_names_that_say_nothing(name: str) -> None:
     assert read_name(name) is None

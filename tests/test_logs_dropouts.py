@@ -119,6 +119,20 @@ def test_a_command_with_rows_of_its_own_is_no_later_than_in_a_recording(tmp_path
     assert first == [0, 2, 4, 7]  # rows begin at 0, 40, 80 and 140 ms
 
 
+@pytest.mark.parametrize("period", [0.047, 0.0613])
+def test_a_command_with_rows_of_its_own_is_as_often_early_as_late(tmp_path: Path, period: float) -> None:
+    poses = pd.DataFrame({"t": 0.02 * np.arange(1500), "x": np.arange(1500.0), "y": 0.0})
+    moments = np.arange(0.0, 29.9, period)
+    sent = pd.DataFrame({"t": moments, "steer": 0.01 * np.arange(len(moments))})
+    file = tmp_path / "log.csv"
+    pd.concat([sent, poses]).sort_values("t", kind="stable").to_csv(file, index=False)
+    named = "\n".join(f'{name} = "{name}"' for name in ("x", "y", "steer"))
+    (log,) = read_logs(file, LogSpec.parse(f'hold = ["steer"]\n[time]\ncolumn = "t"\n[columns]\n{named}'), dt=0.05)
+    exact = (log.time[:, None] + 0.05 * (np.arange(500) + 0.5) / 500) // period * 0.01
+    late = (exact.mean(1) - log.action[:, 0])[5:-20] * period / 0.01
+    assert abs(late.mean()) < 0.001
+
+
 @pytest.mark.parametrize("name", ["gps_time", "thrust_cmd"])
 def test_a_proposal_holds_only_what_it_names(tmp_path: Path, name: str) -> None:
     flight = pd.read_csv(example_flight())

@@ -38,7 +38,7 @@ def swings(seed: int) -> Trajectory:
 
 
 @pytest.mark.parametrize(("scale", "named"), [(1.0, None), (0.85, 0.85), (1.2, 1.2)])
-def test_a_sensor_is_blamed_for_what_the_model_does_not_foretell(scale: float, named: float | None) -> None:
+def test_a_sensor_is_blamed_for_what_the_model_does_not_predict(scale: float, named: float | None) -> None:
     logs = Dataset(log.with_columns({"elbow_rate": scale * log.column("elbow_rate")}) for log in map(swings, range(4)))
     faults = check(ARM.nominal(), logs).faults
     assert [fault.effect for fault in faults] == ([] if named is None else ["sensor_scale:elbow_rate"])

@@ -22,7 +22,7 @@ from sym2real.tasks import Task, make_task
 
 @dataclass(frozen=True, eq=False)
 class Chosen:
-    """A target, ready for :func:`sym2real.adaptation.loop`.
+    """A target, ready for :func:`sym2real.adaptation.loop.adapt`.
 
     Args:
         target: a plant, or recordings.

@@ -64,7 +64,7 @@ class GeometricQuadrotor(Memoryless):
         low: least action: thrust in N, body rates in rad/s ``# (4,)``.
         high: greatest action ``# (4,)``.
         dt: control period in s.
-        reference: full state ``# (..., 13)`` wanted at a time in s ``# (...,)``, which alone it depends on: a task's.
+        reference: full state ``# (..., 13)`` wanted at a time in s ``# (...,)``: a task's, of time alone.
         yaw_rate: turns the reference's heading further, rad/s.
         gains: feedback gains.
     """

@@ -14,6 +14,7 @@ from sym2real.diagnosis.score.finding import Finding
 from sym2real.diagnosis.score.held_out import Gate
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.diagnosis.unexplained.leftover import Leftover
+from sym2real.effects import EFFECTS
 
 Verdict = Literal["EFFECT", "NOTHING_MISSING", "UNEXPLAINED", "CANNOT_TELL"]
 
@@ -37,7 +38,7 @@ def verdict(
     """
     unexplained = any(leftover.matters for leftover in leftovers)
     borne_out = gate.before is None or gate.beats_hold or gate.fallen
-    clear = any(not finding.doubtful for finding in findings) and not _of_another_form(findings, leftovers)
+    clear = any(not (finding.doubtful or _of_another_form(finding, leftovers)) for finding in findings)
     established = clear and gate.passed and (borne_out or not unexplained)
     if problems.block_count < SETTINGS.fewest_pieces or not (finished or established):
         return "CANNOT_TELL"
@@ -104,29 +105,26 @@ def _small(findings: Sequence[Finding]) -> list[str]:
     return [f"small: {names}, beyond chance, and no error is larger by a tenth without it"] if names else []
 
 
-def _of_another_form(findings: Sequence[Finding], leftovers: Sequence[Leftover]) -> bool:
+def _of_another_form(finding: Finding, leftovers: Sequence[Leftover]) -> bool:
     """Whether what an effect of a command should explain is left, or it is another one from place to place.
 
     Another mass in some of the logs looks like a limit of the thrust.
     """
-    commands = {finding.effect: finding.effect.partition(":")[2] for finding in findings if ":" in finding.effect}
-    return any(
-        leftover.matters
-        and (
-            leftover.explained_by in commands.values()
-            or (leftover.channel in commands and leftover.r2 >= SETTINGS.nearly)
-        )
-        for leftover in leftovers
-    )
+    kind, _, command = finding.effect.partition(":")
+    if kind not in EFFECTS or EFFECTS[kind].columns != "action" or not command:
+        return False
+    left = [leftover for leftover in leftovers if leftover.matters]
+    elsewhere = any(leftover.channel == finding.effect and leftover.r2 >= SETTINGS.nearly for leftover in left)
+    return elsewhere or any(leftover.explained_by == command for leftover in left)
 
 
 def _beside(findings: Sequence[Finding], gate: Gate, leftovers: Sequence[Leftover] = ()) -> list[str]:
     """What was found where the answer is another one, and why it is none."""
-    if not findings:
-        return []
-    form = "what is left goes with it or with its command, so that its form is another"
-    why = form if _of_another_form(findings, leftovers) else _not_borne_out(findings, gate)
-    return [f"beside it {_beyond_chance(findings)}, but {why}"]
+    others = [finding for finding in findings if _of_another_form(finding, leftovers)]
+    rest = [finding for finding in findings if finding not in others]
+    form = "what is left still depends on the same command: what the robot lacks has another form"
+    parts = [f"beside it {_beyond_chance(others)}, but {form}"] if others else []
+    return [*parts, f"beside it {_beyond_chance(rest)}, but {_not_borne_out(rest, gate)}"] if rest else parts
 
 
 def _no_answer(findings: Sequence[Finding], gate: Gate, interrupted: str) -> list[str]:

@@ -22,7 +22,7 @@ from sym2real.symbolic import Equations
 def informing(
     plant: MujocoPlant | None, on_progress: Callable[[str], None] = lambda _: None
 ) -> Callable[[Dataset, Equations], Equations]:
-    """What :func:`sym2real.adaptation.loop` takes as ``inform``.
+    """What :func:`sym2real.adaptation.loop.adapt` takes as ``inform``.
 
     Args:
         plant: the plain simulator that the equations were learned from, to calibrate them; None without one.

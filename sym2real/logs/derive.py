@@ -32,9 +32,11 @@ def in_force(own: Array, stamps: Array) -> NDArray[np.int64]:
 
     A controller that answers a row has sent by then.
     """
-    steps = np.diff(stamps, append=np.inf)
-    halfway = stamps + 0.5 * np.minimum(steps, np.median(steps))  # not of a gap
-    return np.searchsorted(own, halfway, side="right") - 1
+    steps = np.diff(stamps)
+    usual = float(np.median(steps)) if len(steps) else 0.0
+    halfway = stamps + 0.5 * np.minimum(np.append(steps, usual), usual)  # not of a gap
+    found: NDArray[np.int64] = np.searchsorted(own, halfway, side="right") - 1
+    return found
 
 
 def _windows(rows: int, around: int) -> NDArray[np.int64]:

@@ -17,7 +17,7 @@ from sym2real.logs.units import UNITS
 from sym2real.trajectory import Array
 
 UNIT = 0.05  # of sine and cosine from the unit circle, noise included
-SLOW = 5.0  # deg/s at most: whoever turns further than a few degrees is faster
+SLOW = 5.0  # a rate of smaller numbers may be in either unit
 WHOLE_TURN = 0.1  # of a turn, within which a jump is one: it turns meanwhile
 
 
@@ -101,10 +101,7 @@ def _by_wraps(draft: Draft, values: Array) -> Said | None:
 
 
 def _by_rate(draft: Draft, values: Array) -> Said | None:
-    """The unit in which it changes as fast as a yaw rate whose unit its name states, or whose numbers are small.
-
-    A robot that turns by more than 2π of either unit turns by more than a few degrees a second.
-    """
+    """The unit in which it changes as fast as a yaw rate whose unit its name states; where both are small, a guess."""
     rate = draft.assignment.columns.get("wz", "")
     if not rate:
         return None
@@ -118,4 +115,5 @@ def _by_rate(draft: Draft, values: Array) -> Said | None:
     fastest = float(np.abs(numbers).max())
     if fastest > SLOW or np.ptp(values) < 2.0 * pi or by_ratio(ANGLES, share, "")[0] != "rad":
         return None
-    return "rad", f"moves {share:.3g} times as much as {rate!r}, which at most {fastest:.3g} is no deg/s", "likely"
+    either = f"or rad, if {rate!r}, at most {fastest:.3g} and its slope, is in rad/s"
+    return "deg", f"up to {np.abs(values).max():.4g}, more than a turn in rad; {either}", "guess"

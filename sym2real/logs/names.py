@@ -15,6 +15,8 @@ OF_ROLES = WORDS["command"] | WORDS["wanted"] | WORDS["reference"]
 AXES = {"x": "x", "y": "y", "z": "z", "w": "w", "n": "x", "e": "y"}
 EULER_AXES = {"roll": "x", "pitch": "y", "yaw": "z"}
 RATE_AXES = AXES | {word: EULER_AXES[angle] for word, angle in EULER.items()}
+# What a delta is a change of: without these it is how a car steers.
+CHANGED = {"x", "y", "z", "n", "e", "xy", "vxy", "vz", "q", "alt", "t", *EULER}
 COUNTED = {"0": "x", "1": "y", "2": "z"}
 # What a unit means of some quantities: ``_ms`` is milliseconds on a stamp; a servo's pulse is no angle.
 SPEEDS = {"ms": "m/s", "mm": "mm/s", "cm": "cm/s"}
@@ -60,7 +62,7 @@ def read_name(name: str) -> Named | None:
     if WORDS["reference"].intersection(words):
         role = "reference"
     found = _quantity([word for word in words if word not in OF_ROLES])
-    if found is None:
+    if found is None or not found[0]:
         return None
     quantity, axis, counted = found
     if unit.endswith("/s"):
@@ -96,7 +98,8 @@ def _quantity(words: Sequence[str]) -> tuple[str, str, bool] | None:
     # In this order: "local_position/pose/orientation.x" is an attitude, "attitude_rate.x" a rate.
     rules = (
         ("battery", has("battery") and not has("not voltage"), ""),
-        ("steer", has("steer") and not has("rate", "velocity") and not letter and "xy" not in words, ""),
+        ("", "delta" in words and not CHANGED.isdisjoint(words), ""),
+        ("steer", has("steer") and not has("rate", "velocity"), ""),
         ("steer", has("servo") and not digit, ""),
         ("thrust", has("thrust") and axis in {"", "z", "2"}, ""),
         ("throttle", has("throttle"), ""),

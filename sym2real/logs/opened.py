@@ -87,7 +87,7 @@ class Opened:
             found = f"only {listed(self.whole.columns)}; {specification(self.table.path)}"
             raise DataError(self.table.path, "standard state columns", found)
         if self.dt is not None and len(log.time) > 1 and not is_regular(log.time, self.dt):
-            log = resample(log, self.dt, known)
+            log = resample(log, self.dt, known, polled=self.whole.polled and not self.spec.hold)
         name = _metadata(self.table, "name") or self.table.path.stem
         result = trajectory(self.table, log, known, name + suffix)
         notes = _own_notes(self.table) + result.notes

@@ -17,9 +17,8 @@ REGULAR = 0.02
 SAME_CLOCK = 1e-3
 # One or two missing rows are bridged; a longer interval is a gap, and nothing is made up inside it.
 GAP_INTERVALS = 3.5
-# Commands of another clock: so many changes tell, that are so many rows apart and not by a whole number of them, and
-# nearly all of them by the next smaller or larger one.
-FEWEST_HELD, SLOWER, UNEVEN, NEARLY_ALL = 20, 2.0, 0.05, 0.9
+# Commands of another clock: so many changes tell, most of them about so many rows apart and not by a whole number.
+FEWEST_HELD, MOST_HELD, SLOWER, UNEVEN = 20, 0.7, 2.0, 0.05
 # Rows of a log over those that a model's step leaves of it, from which it is said what uses all.
 THINNED = 1.5
 
@@ -50,13 +49,14 @@ def gaps(time: Array, dt: float) -> NDArray[np.int64]:
     return np.flatnonzero(intervals > GAP_INTERVALS * max(dt, float(np.median(intervals)))) + 1
 
 
-def resample(log: Standard, dt: float, layouts: Layouts) -> Standard:
+def resample(log: Standard, dt: float, layouts: Layouts, *, polled: bool = True) -> Standard:
     """The log at steps of ``dt`` from its first stamp on.
 
     Vectors go linearly, attitudes on the great circle, circles by their angle. Commands hold: a row gets the one that
     was in force in the middle of its step, so that jitter of the stamps delays no command by a whole step; of a log at
     another step than ``dt``, or whose even stamps are of another clock, the mean of those in force, but for attitudes.
-    Columns outside the vocabulary and the model's ``layouts`` hold their last value.
+    Columns outside the vocabulary and the model's ``layouts`` hold their last value. Commands are ``polled`` where rows
+    have the last that they know of.
     """
     commands = COMMANDS.union(layouts.action)
     moving = {*STANDARD_COLUMNS, *layouts.state, *layouts.inputs}
@@ -70,7 +70,8 @@ def resample(log: Standard, dt: float, layouts: Layouts) -> Standard:
     columns: Columns = {}
     for name, values in log.columns.items():
         if name in commands:
-            columns[name] = _mean(_since(time, values), values, grid, dt) if name in averaged else values[in_force]
+            since = _since(time, values) if polled else time
+            columns[name] = _mean(since, values, grid, dt) if name in averaged else values[in_force]
         else:
             columns[name] = np.interp(grid, time, values) if name in moving else values[latest]
     columns |= _circles(log, grid, commands) | _attitudes(log, grid, commands)
@@ -94,16 +95,20 @@ def _a_row_a_step(time: Array, dt: float) -> bool:
 def _since(time: Array, values: Array) -> Array:
     """From when on the value of each row is in force ``# (rows,)``.
 
-    A command that a slower clock than the rows' changes, now every n rows and now every n + 1, was sent at some time
-    since the row before, halfway in the mean. One that always changes after n rows is sent by who writes the rows.
+    A command that a slower clock than the rows' changes, now every n rows and now every n + 1 (n two or more), was sent
+    at some time since the row before, halfway in the mean. One that always changes after n rows is sent by who writes
+    the rows.
     """
     changes = np.flatnonzero(np.diff(values)) + 1
     held = np.diff(changes)
-    if len(held) < FEWEST_HELD or not (usual := float(held.mean())) >= SLOWER:
+    near = held[np.abs(held - np.median(held)) <= 1.0] if len(held) else held  # a command may also rest
+    if len(near) < max(FEWEST_HELD, MOST_HELD * len(held)):
         return time
-    other_clock = abs(usual - round(usual)) > UNEVEN and np.mean(np.abs(held - usual) < 1.0) >= NEARLY_ALL
+    usual = float(near.mean())
+    if usual < SLOWER or abs(usual - round(usual)) <= UNEVEN:
+        return time
     since = time.copy()
-    since[changes] -= 0.5 * other_clock * (time[changes] - time[changes - 1])
+    since[changes] -= 0.5 * (time[changes] - time[changes - 1])
     return since
 
 

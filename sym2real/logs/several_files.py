@@ -7,6 +7,7 @@ states: nothing was sent after the last state, where the last command stands on.
 
 import json
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -120,7 +121,7 @@ def _by_stamps(tables: Sequence[Table], clock: str, said: Said) -> Table:
     columns = recording.together(recording.columns, said)
     how = f"by {clock!r}: measurements interpolated, commands held"
     stamps = columns.pop(TIME)
-    return _named(tables, {clock: stamps, **columns}, 1 + np.arange(len(stamps)), how)
+    return replace(_named(tables, {clock: stamps, **columns}, 1 + np.arange(len(stamps)), how), polled=False)
 
 
 def _row_by_row(tables: Sequence[Table]) -> Table:

@@ -146,8 +146,10 @@ def stamps(table: Table, spec: LogSpec) -> Array:
     if len(bad := np.flatnonzero(np.diff(raw) <= 0)):
         before, after = float(raw[bad[0]]), float(raw[bad[0] + 1])
         kind = "the same stamp again, with other values" if before == after else "an earlier stamp"
-        anew = before - after > ANEW * float(np.median(np.abs(np.diff(raw))))
-        mend = "a clock that begins anew begins a log: split the file" if anew else "sort the rows by it"
+        steps = np.abs(np.diff(raw))
+        anew = before - after > ANEW * float(np.median(steps[steps > 0]))
+        clock = "split the file there if its clock begins anew, or sort the rows if they are of several topics"
+        mend = clock if anew else "sort the rows by it"
         found = f"{kind} ({before!r} then {after!r}): {mend}, and keep one of each stamp"
         raise table.error("stamps that increase strictly", found, int(bad[0]) + 1, spec.time.column)
     return raw * UNITS[spec.time.unit][1]

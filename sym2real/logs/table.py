@@ -46,6 +46,8 @@ class Table:
         lines: what an error calls each row (a CSV's line, counted from 1; a Parquet row, counted from 1) ``# (rows,)``.
         texts: names of the columns that hold text and were left out.
         metadata: what a file of this package says about itself (Parquet, Arrow).
+        polled: whether a row has the last command that it knows of; else, of a recording, that in force halfway to the
+            next row.
     """
 
     path: Path
@@ -53,6 +55,7 @@ class Table:
     lines: NDArray[np.int64]
     texts: tuple[str, ...] = ()
     metadata: Mapping[str, str] | None = None
+    polled: bool = True
 
     def __len__(self) -> int:
         return len(self.lines)
@@ -170,7 +173,7 @@ def _of_recording(file: Path, recording: Recording, wanted: Collection[str] | No
     if not recording.topics:
         raise DataError(file, "a topic with numbers", "none")
     columns = recording.together(wanted, said)
-    return table_of(file, [*columns], [*columns.values()], 1, None)
+    return replace(table_of(file, [*columns], [*columns.values()], 1, None), polled=False)
 
 
 def numbers(table: Table, name: str, cells: Array | Sequence[str]) -> Array | None:

@@ -12,7 +12,7 @@ from sym2real.robots.spatial import Values
 from sym2real.symbolic import symbol
 from sym2real.symbolic.dry_friction import dry_friction
 from sym2real.trajectory import Array
-from sym2real.vocabulary import damping_quantity, friction_quantity, push_column
+from sym2real.vocabulary import armature_quantity, damping_quantity, friction_quantity, push_column
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +57,8 @@ class Forces:
         found = other.copy()
         for number, link in enumerate(self.links):
             friction = symbol(friction_quantity(link.joint))
-            found[number] += dry_friction(friction, rate[number], self.dt, self.moved[number], other[number])
+            moved = self.moved[number] - link.armature + symbol(armature_quantity(link.joint))
+            found[number] += dry_friction(friction, rate[number], self.dt, moved, other[number])
         return found
 
     def _given(self, index: int, control: Expr, place: Expr, rate: Expr) -> Expr:

@@ -6,7 +6,7 @@ USUAL_DECELERATION = 0.3  # m/s², rad/s²: what dry friction takes of a rate, a
 NOTHING = Integer(0)
 
 
-def dry_friction(friction: Expr, rate: Expr, dt: float, inertia: float, other: Expr = NOTHING) -> Expr:
+def dry_friction(friction: Expr, rate: Expr, dt: float, inertia: Expr | float, other: Expr = NOTHING) -> Expr:
     """Force or torque against a rate in m/s or rad/s: -friction sign(rate), and where that stands against the others.
 
     It is what takes all of the rate within half a period of ``dt`` s from what has this ``inertia`` in kg or kg m², and

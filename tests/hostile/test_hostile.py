@@ -26,6 +26,7 @@ def test_every_damaged_input_has_an_answer_or_a_clear_error(outcomes: list[Outco
     assert sorted(one.number for one in outcomes) == list(range(CASES))
 
 
+@pytest.mark.slow
 def test_every_kind_and_every_end_is_there(outcomes: list[Outcome]) -> None:
     assert Counter(one.kind for one in outcomes).keys() == KINDS.keys()
     assert min(Counter(one.kind for one in outcomes).values()) >= CASES // len(KINDS)

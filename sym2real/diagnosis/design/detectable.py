@@ -155,8 +155,9 @@ def _smooth(
     sizes = (needed / information.diagonal().clamp_min(1e-300)).sqrt()
     if tried is not None and smooth:  # measured logs also tell what is narrow from trim
         own = [fit.part(places[candidate.name]) for candidate in smooth]
-        least = [gain for one in smooth for gain in [least_gain(problems, one, library.null, 2)] * len(one.free)]
-        sizes *= torch.tensor(least, dtype=torch.float64).div(SETTINGS.gain_beside).sqrt()
+        gains = [least_gain(problems, one, library.null, 2) for one in smooth]
+        least = np.repeat(gains, [len(one.free) for one in smooth])
+        sizes *= torch.as_tensor(least).div(SETTINGS.gain_beside).sqrt()
         sizes = torch.maximum(sizes, torch.cat([sizes_beyond_chance(problems, part, tried) for part in own]))
     mattering = sizes.new_full(sizes.shape, inf) if predictions is None else predictions.of_parameters(free)
     like = _alike(problems, smooth, places, information)

@@ -55,8 +55,9 @@ def _plainer(selection: Selection, gone: Collection[str]) -> EffectSet | None:
     "Classification and Regression Trees", 1984, section 3.4.3.
     """
     near, complexity = Near.of(selection), selection.complexity
-    rivals = [rival for place in near.places for rival in place.rivals if complexity(rival) < complexity(near.present)]
-    alike = [rival for rival in rivals if not selection.surely_cheaper(near.present, rival)]
+    worth = [rival for place in near.places for rival in place.rivals if rival.price < place.empty.price]
+    plainer = [rival for rival in worth if complexity(rival) < complexity(near.present)]
+    alike = [rival for rival in plainer if not selection.surely_cheaper(near.present, rival)]
     return next(_standing(selection, alike, gone), None)
 
 
@@ -64,8 +65,8 @@ def refuted(selection: Selection, gone: Collection[str] | None = None) -> Place 
     """Of the effects that the logs do not bear out, the one with the least weight in its place.
 
     Where it is said which have ``gone``, also of those in whose place another one that has not costs less; a threshold
-    or one parameter more costs less there only by more than chance, as in the search (see ``beam.py``), and takes no
-    place.
+    (see ``beam.py``) or one parameter more (see :func:`_plainer`) costs less there only by more than chance, and takes
+    no place.
     """
     near = Near.of(selection)
     weights, present = near.probabilities(), near.present

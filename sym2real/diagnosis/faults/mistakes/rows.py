@@ -2,10 +2,10 @@
 
 A row repeats where a sensor's columns hold to the last bit what they held in the row before although the robot moves,
 as a slower sensor or a lost packet writes it: the next fresh row has then moved by more than one step. A component of
-a velocity or a rate stands where it holds the same bits longer than a jump lasts while the others go on, though it
-changes from row to row elsewhere. A value jumps where it leaves its neighbours by far more than its changes vary, and
-by more than they move there: what is let go under full torque does not jump. Of up to three such rows in a row the
-values are interpolated; longer runs cut the log, and nothing is made up inside.
+a velocity or a rate stands where it holds the same bits, not those of zero, longer than a jump lasts while the others
+go on, though it changes from row to row elsewhere. A value jumps where it leaves its neighbours by far more than its
+changes vary, and by more than they move there: what is let go under full torque does not jump. Of up to three such
+rows in a row the values are interpolated; longer runs cut the log, and nothing is made up inside.
 """
 
 from __future__ import annotations
@@ -54,7 +54,8 @@ class BadRows:
             return f"{names} stands: {count} rows hold the same bits while what is measured with it goes on"
         places, off = sum(map(len, self.cuts)), any(rows.any() for rows in self.rows)
         found = [f"{count} rows are off by far more than any step"] if off else []
-        found += [f"in {places} places it goes on elsewhere, further than any step"] if places else []
+        where = "place" if places == 1 else "places"
+        found += [f"at {places} {where} it stays elsewhere, further off than any step"] if places else []
         return f"{names} jumps: {', and '.join(found)}"
 
     def fix(self, _: AsRead) -> str:
@@ -75,8 +76,10 @@ def bad_rows(data: Dataset) -> list[BadRows]:
     """What repeats, then what stands, then what jumps, each in the logs without those before it."""
     damages, fields = list[BadRows](), data.layouts.state.fields
     while bad := _all_that_repeats(data) or _standing(data):
+        if not len(whole := bad.undone(data)):  # nothing else is left to judge
+            break
         damages.append(bad)
-        data = bad.undone(data)
+        data = whole
     for columns in (one for field in fields if field.kind == "vector" for one in _sensors(field)):
         if (jumping := _jumping(data, columns)) is not None:
             damages.append(jumping)
@@ -116,12 +119,15 @@ def _repeated(data: Dataset, columns: Sequence[str]) -> BadRows | None:
 
 
 def _standing(data: Dataset) -> BadRows | None:
-    """The first component of a measured velocity or rate that stands."""
+    """The first component of a measured velocity or rate that stands, but for at zero: there may be no motion."""
     for field in (field for field in data.layouts.state.fields if field.frame and field.unit.endswith("/s")):
-        still = [np.diff(log.state[:, data.layouts.state.indices(field.columns)], axis=0) == 0.0 for log in data]
+        values = [log.state[:, data.layouts.state.indices(field.columns)] for log in data]
+        still = [np.diff(part, axis=0) == 0.0 for part in values]
         for place, column in enumerate(field.columns):
             others = [np.delete(part, place, axis=1).all(axis=1) for part in still]
-            rows = [_long_runs(part[:, place] & ~rest) for part, rest in zip(still, others, strict=True)]
+            moving = [part[1:, place] != 0.0 for part in values]
+            parts = zip(still, others, moving, strict=True)
+            rows = [_long_runs(part[:, place] & ~rest & somewhere) for part, rest, somewhere in parts]
             elsewhere = np.concatenate([part[~own, place] for part, own in zip(still, rows, strict=True)])
             if any(own.any() for own in rows) and len(elsewhere) and elsewhere.mean() < 1.0 - SETTINGS.nearly:
                 bad = tuple(np.concatenate([[False], own]) for own in rows)

@@ -49,6 +49,14 @@ def test_counts_of_a_motor_are_no_speed_in_metres_a_second(tmp_path: Path) -> No
     assert "speed" not in found.spec.columns
 
 
+def test_columns_that_are_slower_are_held_with_the_lines_that_wait_for_a_number(tmp_path: Path) -> None:
+    slower = np.where(np.arange(len(TIME)) % 3, np.nan, 1.0)
+    found = logged(tmp_path, slower * (CENTRE + TRAVEL * STEER), slower * MOST_TURNS * SPEED)
+    assert '# hold = ["servo", "speed_cmd"]' in found.toml()
+    taken = re.sub(r"^# (hold|steer|speed) = (.*?)  #.*$", r"\1 = \2", found.toml(), flags=re.MULTILINE)
+    assert {"steer", "speed"} <= {*read_log(tmp_path / "car.csv", LogSpec.parse(taken)).layouts.action}
+
+
 @pytest.mark.parametrize(("factor", "unit"), [(1.0, ""), (0.6, ""), (2.0, ""), (3.6, "km/h"), (100.0, "cm/s")])
 def test_a_speed_near_that_of_the_path_is_one_whatever_its_map(tmp_path: Path, factor: float, unit: str) -> None:
     """A commanded speed whose map is wrong by half is still in m/s: that is for a diagnosis to find."""

@@ -151,5 +151,10 @@ class Draft:
             attitude_command=self.attitudes.get("attitude_command", Attitude()),
             reference_attitude=self.attitudes.get("reference_attitude", Attitude()),
         )
-        # A column whose unit cannot be known stands in no line.
+        # A column whose unit cannot be known stands in no line, or in one that is still to be taken.
         return replace(found_out, hold=tuple(name for name in self.held if name in found_out.sources))
+
+    @property
+    def waiting(self) -> list[str]:
+        """Columns to be held once the lines that have them are taken."""
+        return sorted(self.column(name) for name in self.left_out if self.column(name) in self.held)

@@ -164,6 +164,8 @@ def _finished(files: tuple[Path, ...], draft: Draft, header: tuple[str, ...], wh
         "Signs are as recorded. Lines that start with '# key =' are suspicions: take the # away to accept one.",
     )
     spec = draft.specification()
+    if draft.waiting:
+        comments["hold"] = (f"hold = {spec_text.text([*spec.hold, *draft.waiting])}  # with the lines of these, below",)
     order = {name: i for i, name in enumerate(draft.tables[0].columns)}
     rows = sorted(draft.findings, key=lambda finding: order.get(finding.column, -1))
     return Inspection(files, replace(spec, title=f"log of {what}", header=header), tuple(rows), comments)

@@ -147,7 +147,7 @@ def stamps(table: Table, spec: LogSpec) -> Array:
         before, after = float(raw[bad[0]]), float(raw[bad[0] + 1])
         kind = "the same stamp again, with other values" if before == after else "an earlier stamp"
         steps = np.abs(np.diff(raw))
-        anew = before - after > ANEW * float(np.median(steps[steps > 0]))
+        anew = before > after and before - after > ANEW * float(np.median(steps[steps > 0]))
         clock = "split the file there if its clock begins anew, or sort the rows if they are of several topics"
         mend = clock if anew else "sort the rows by it"
         found = f"{kind} ({before!r} then {after!r}): {mend}, and keep one of each stamp"

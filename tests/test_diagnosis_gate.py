@@ -143,15 +143,16 @@ def test_where_predictions_judge_nothing_an_effect_is_no_answer_beside_what_is_l
     assert verdict((), found, left, hover, problems_of(800)) == "EFFECT"  # of a hover few models predict anything
 
 
-def test_an_effect_that_leaves_its_own_command_something_to_explain_has_another_form() -> None:
+def test_a_threshold_that_leaves_its_command_something_to_explain_has_another_form() -> None:
     """Of another mass half of the time a limit of the thrust explains most, and no answer to the thrust."""
     found, gate = (Finding("limit:thrust", {}, 1.0),), Gate(stage("base", 3.0, 1.0), stage("+ limit:thrust", 2.0, 1.0))
     left = Leftover("thrust", "fz", 0.4, "", motion=0.5)
     assert verdict((), found, (left,), gate, problems_of(800)) == "UNEXPLAINED"
     said = summary("UNEXPLAINED", (), found, (left,), gate=gate, stages=())
     assert "still depends on the same command" in said
-    joint = (Finding("joint_friction:q", {}, 1.0),)
-    assert verdict((), joint, (replace(left, explained_by="q"),), gate, problems_of(800)) == "EFFECT"
+    for key, feature in (("joint_friction:q", "q"), ("gain:thrust", "thrust")):
+        other = (Finding(key, {}, 1.0),)
+        assert verdict((), other, (replace(left, explained_by=feature),), gate, problems_of(800)) == "EFFECT"
     elsewhere = replace(left, channel="limit:thrust", explained_by="speed")
     assert verdict((), found, (replace(elsewhere, r2=0.95),), gate, problems_of(800)) == "UNEXPLAINED"
     assert verdict((), found, (elsewhere,), gate, problems_of(800)) == "EFFECT"

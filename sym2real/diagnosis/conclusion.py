@@ -34,7 +34,7 @@ def verdict(
     that no effect explains what is left. A fault alone is the answer only where nothing is left once it is undone.
     Where predictions judge nothing, an effect is the answer if errors fall all the same or nothing else is missing.
     Nothing is missing where no error is larger by a tenth without any of the findings, nor without all of them. What
-    commands between the rows may have done is no effect, nor is what leaves its own command something to explain.
+    commands between the rows may have done is no effect, nor is a threshold that leaves something of its command.
     """
     unexplained = any(leftover.matters for leftover in leftovers)
     borne_out = gate.before is None or gate.beats_hold or gate.fallen
@@ -106,12 +106,12 @@ def _small(findings: Sequence[Finding]) -> list[str]:
 
 
 def _of_another_form(finding: Finding, leftovers: Sequence[Leftover]) -> bool:
-    """Whether what an effect of a command should explain is left, or it is another one from place to place.
+    """Whether what a threshold of a command should explain is left, or it is another one from place to place.
 
     Another mass in some of the logs looks like a limit of the thrust.
     """
     kind, _, command = finding.effect.partition(":")
-    if kind not in EFFECTS or EFFECTS[kind].columns != "action" or not command:
+    if kind not in EFFECTS or EFFECTS[kind].columns != "action" or EFFECTS[kind].searching.from_null:
         return False
     left = [leftover for leftover in leftovers if leftover.matters]
     elsewhere = any(leftover.channel == finding.effect and leftover.r2 >= SETTINGS.nearly for leftover in left)

@@ -106,6 +106,7 @@ def interrupted_while(stage: str, logs: Dataset) -> Diagnosis:
     return diagnose(base, logs, exclude=EXCLUDED, horizon=0.5, on_progress=on_progress, finish_on_interrupt=True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stage", ["scoring", "explaining", "looking", "locating"])
 def test_a_finished_search_is_kept_whatever_is_interrupted_behind_it(stage: str, logs: Dataset) -> None:
     found = interrupted_while(stage, logs)

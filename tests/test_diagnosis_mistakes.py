@@ -109,6 +109,7 @@ def test_shifts_are_compared_without_the_rows_that_they_make_up(columns: tuple[s
 CASES = [(robot, one) for robot in PAPER_ROBOTS for one in listed(robot)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("robot", "one"), CASES, ids=[f"{robot}: {one.name}" for robot, one in CASES])
 def test_a_mistake_is_named_and_undone(robot: str, one: Transformation, monkeypatch: pytest.MonkeyPatch) -> None:
     data, model = healthy(robot), ROBOTS[robot].nominal()
@@ -215,6 +216,7 @@ EFFECTS = (
 )  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("robot", "key", "values"), EFFECTS, ids=[f"{robot} {key}" for robot, key, _ in EFFECTS])
 def test_no_effect_is_taken_for_a_mistake(robot: str, key: str, values: dict[str, float]) -> None:
     data = simulate_case(Case(robot, ((key, values),) if key else (), seed=72), trajectories=3, rows=260)

@@ -199,6 +199,7 @@ def test_a_factor_of_no_unit_is_told_with_the_scale_that_undoes_it(factor: float
     np.testing.assert_allclose(mended[0].action, data[0].action, rtol=0.05)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("robot", "column", "key", "values"),
     [

@@ -211,6 +211,7 @@ def test_an_attitude_that_is_followed_is_no_fault() -> None:
     assert check(BY_ATTITUDE, by_attitude()).faults == ()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("signs", [(1, 1), (1, -1)], ids=["exchanged", "one reversed"])
 @pytest.mark.parametrize("ending", ["", "_cmd"], ids=["measured", "commanded"])
 def test_roll_and_pitch_in_each_others_place(ending: str, signs: tuple[int, int]) -> None:

@@ -39,6 +39,7 @@ def test_every_other_order_is_named(lagging: Dataset) -> None:
         assert found.as_it_stands < 0.6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "hidden",
     [{}, {"com": (0.003, -0.002, 0.0)}, {"strength": (1.0, 0.9, 1.0, 1.0)}, {"dither": 0.0}],

@@ -157,6 +157,7 @@ def test_noise_of_a_column_does_not_shrink_what_it_keeps() -> None:
     np.testing.assert_allclose(fitted.coefficients, [-0.2, 0.2], rtol=0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("column", ["sin_yaw", "qx", "vx"])
 def test_a_fit_of_free_runs_of_exact_rows_finds_their_numbers_from_others(column: str) -> None:
     """On a circle and a sphere too, where every step is put back on it."""

@@ -156,6 +156,7 @@ def test_equations_of_a_file_are_its_simulator(name: str, arm: Robot, equations:
 SERVO = '<position name="to_waist" joint="waist" kp="8" kv="0.5" ctrlrange="-2 2"/>'
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("part", "instead"),
     [

@@ -20,7 +20,7 @@ from sym2real.diagnosis.search.narrow import join_narrow
 from sym2real.diagnosis.search.near import Near, groups_of
 from sym2real.diagnosis.search.needed import Needed, Predicted, keep_needed
 from sym2real.diagnosis.search.select import Selection
-from sym2real.diagnosis.search.settled import refuted, settle
+from sym2real.diagnosis.search.settled import plainer_set, refuted, settle
 from sym2real.effects import effect
 from sym2real.robots import CRAZYFLIE
 
@@ -130,18 +130,31 @@ def test_once_others_have_gone_what_costs_less_takes_the_place_of_what_the_logs_
     """A linear drag stands for a small quadratic one beyond chance, and with a tenth of the weight."""
     keys, flights = ("linear_drag", "quadratic_drag"), flights_with("quadratic_drag", {"value": 0.003})
     linear, quadratic = (chosen(keys, key, flights=flights) for key in keys)
-    assert refuted(linear) is None
-    found = refuted(linear, gone=())
+    assert refuted(Near.of(linear)) is None
+    found = refuted(Near.of(linear), gone=())
     assert found is not None
     assert found.candidate.name == "linear_drag"
-    assert refuted(linear, gone=("quadratic_drag",)) is None
-    assert refuted(quadratic, gone=()) is None
+    assert refuted(Near.of(linear), gone=("quadratic_drag",)) is None
+    assert refuted(Near.of(quadratic), gone=()) is None
     drag, other = linear.candidates
     begins_late = replace(other, needs_start=True, starts=(0.002,))  # as what acts from a threshold on
     beside = Selection(linear.problems, (drag, begins_late), linear.origin)
     beside.put([drag], linear.fit)
     assert [rival.candidate for rival in Near.of(beside).places[0].rivals] == [begins_late]
-    assert refuted(beside, gone=()) is None
+    assert refuted(Near.of(beside), gone=()) is None
+
+
+def test_an_effect_that_saves_no_more_than_the_standard_error_gives_way_to_a_plainer_one() -> None:
+    """A linear drag has three numbers; of a small quadratic one it explains as much, of a linear one surely more."""
+    keys, flights = ("linear_drag", "quadratic_drag"), flights_with("quadratic_drag", {"value": 0.003})
+    linear, quadratic = (chosen(keys, key, flights=flights) for key in keys)
+    found = plainer_set(Near.of(linear), ())
+    assert found is not None
+    assert found.candidate.name == "quadratic_drag"
+    assert plainer_set(Near.of(linear), ("quadratic_drag",)) is None
+    assert plainer_set(Near.of(quadratic), ()) is None
+    strong = flights_with("linear_drag", {"cx": 0.03, "cy": 0.03, "cz": 0.03})
+    assert plainer_set(Near.of(chosen(keys, "linear_drag", flights=strong)), ()) is None
 
 
 @pytest.mark.parametrize(("logs", "stays"), [(4, False), (8, True)], ids=["four logs", "eight logs"])

@@ -73,11 +73,11 @@ def test_what_is_none_within_its_interval_does_not_stand_beside_what_is_there() 
     near = Near.of(selection)
     assert none_within(near, gain)
     assert not none_within(near, offset)
-    found = refuted(selection)
+    found = refuted(near)
     assert found is not None
     assert found.candidate is gain
     selection.put(*selection.without(gain))
-    assert refuted(selection) is None
+    assert refuted(Near.of(selection)) is None
 
 
 @pytest.mark.slow

@@ -1,6 +1,7 @@
 """Rows in which a sensor or a link gave nothing, or nothing new: they are left out, and it is said where."""
 
 from collections.abc import Collection, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,9 +57,10 @@ def without_dropouts(
     if not gone.any():
         return table, ()
     rows = table[~gone]
-    if stamp in table.columns and (np.diff(table.columns[stamp]) >= 0.0).all():
+    commands = {name: values for name, values in last.items() if name in sent}
+    if commands and stamp in table.columns and (np.diff(table.columns[stamp]) >= 0.0).all():
         place = in_force(table.columns[stamp], rows.columns[stamp])
-        rows = rows.with_columns({name: values[place] for name, values in last.items() if name in sent})
+        rows = replace(rows.with_columns({name: values[place] for name, values in commands.items()}), polled=False)
     where = _stretches(table.lines[gone])
     names = ", ".join(name for name, missing in empty.items() if missing.any())
     note = f"{gone.sum()} of {len(table)} {LEFT_OUT}, for want of numbers in {names}: rows {where}"

@@ -13,7 +13,7 @@ from sym2real.logs.draft import Draft
 from sym2real.logs.inspect_attitude import ANGLES, angle_unit
 from sym2real.logs.parts import Source
 from sym2real.logs.reading import Said, by_ratio
-from sym2real.logs.units import UNITS
+from sym2real.logs.units import UNITS, unit_by_ratio
 from sym2real.trajectory import Array
 
 UNIT = 0.05  # of sine and cosine from the unit circle, noise included
@@ -101,19 +101,18 @@ def _by_wraps(draft: Draft, values: Array) -> Said | None:
 
 
 def _by_rate(draft: Draft, values: Array) -> Said | None:
-    """The unit in which it changes as fast as a yaw rate whose unit its name states; where both are small, a guess."""
+    """The unit in which it changes as fast as a yaw rate whose unit its name states; where that is unsaid, a guess."""
     rate = draft.assignment.columns.get("wz", "")
     if not rate:
         return None
-    named, slopes, numbers = draft.assignment.unit(rate), draft.rows.slopes(values), draft.raw(rate)
-    turning = (UNITS[named][1] if named else 1.0) * numbers
+    slopes, turning = draft.rows.slopes(values), draft.raw(rate)
     if abs(draft.rows.correlation(slopes, turning)) < TOGETHER:
         return None
-    share = draft.rows.ratio(slopes, turning)
-    if named:
-        return by_ratio(ANGLES, share, f"{rate!r} says in rad/s")
-    fastest = float(np.abs(numbers).max())
-    if fastest > SLOW or np.ptp(values) < 2.0 * pi or by_ratio(ANGLES, share, "")[0] != "rad":
+    unit, share = draft.assignment.unit(rate), draft.rows.ratio(slopes, turning)
+    if unit:
+        return by_ratio(ANGLES, share / UNITS[unit][1], f"{rate!r} says in rad/s")
+    fastest, turns = float(np.abs(turning).max()), float(np.ptp(values)) >= 2.0 * pi
+    if fastest > SLOW or not turns or unit_by_ratio(share, ANGLES) != "rad":
         return None
     either = f"or rad, if {rate!r}, at most {fastest:.3g} and its slope, is in rad/s"
     return "deg", f"up to {np.abs(values).max():.4g}, more than a turn in rad; {either}", "guess"

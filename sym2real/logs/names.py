@@ -53,8 +53,9 @@ class Named:
 def read_name(name: str) -> Named | None:
     """What a column's name says; None where it says nothing that is known here."""
     words, unit = words_and_unit(name)
-    # Of an angle, and no angle; about a measurement, and none: whether it is valid, how often it was reset.
-    if (WORDS["circular"] | WORDS["about"]).intersection(words):
+    # Of an angle, and no angle; about a measurement, and none: whether it is valid, how often it was reset, its change.
+    changed = "delta" in words and not CHANGED.isdisjoint(words)
+    if changed or (WORDS["circular"] | WORDS["about"]).intersection(words):
         return None
     role: Role = "state"
     if (WORDS["command"] | WORDS["wanted"]).intersection(words):
@@ -62,7 +63,7 @@ def read_name(name: str) -> Named | None:
     if WORDS["reference"].intersection(words):
         role = "reference"
     found = _quantity([word for word in words if word not in OF_ROLES])
-    if found is None or not found[0]:
+    if found is None:
         return None
     quantity, axis, counted = found
     if unit.endswith("/s"):
@@ -98,7 +99,6 @@ def _quantity(words: Sequence[str]) -> tuple[str, str, bool] | None:
     # In this order: "local_position/pose/orientation.x" is an attitude, "attitude_rate.x" a rate.
     rules = (
         ("battery", has("battery") and not has("not voltage"), ""),
-        ("", "delta" in words and not CHANGED.isdisjoint(words), ""),
         ("steer", has("steer") and not has("rate", "velocity"), ""),
         ("steer", has("servo") and not digit, ""),
         ("thrust", has("thrust") and axis in {"", "z", "2"}, ""),

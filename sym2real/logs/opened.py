@@ -15,8 +15,8 @@ from sym2real.logs.dropouts import CUT, without_dropouts, without_repeats
 from sym2real.logs.grouping import layouts_from_json, trajectory, visible
 from sym2real.logs.missing import listed, specification
 from sym2real.logs.of_model import for_model
-from sym2real.logs.resample import COMMANDS, REGULAR, gaps, is_regular, resample
-from sym2real.logs.sources import along_body, sources_of
+from sym2real.logs.resample import REGULAR, gaps, is_regular, resample
+from sym2real.logs.sources import along_body, commands_of, sources_of
 from sym2real.logs.specification import LogSpec
 from sym2real.logs.standard import Standard, own_specification, stamps, standardise, tidy
 from sym2real.logs.table import Table
@@ -60,9 +60,7 @@ class Opened:
             )
         if given is None and used.time.column not in (*whole.columns, *whole.texts):
             raise whole.without(used.time.column, "of time stamps", specification(whole.path))
-        actions = COMMANDS.union(found.action if found else ())
-        sent = [source.column for name, source in used.columns.items() if name in actions]
-        flown = whole[used.drop_first : used.drop_first + rows]
+        flown, sent = whole[used.drop_first : used.drop_first + rows], commands_of(used, found)
         table, left_out = without_dropouts(flown, used.sources, used.hold, sent, used.time.column)
         standard = standardise(table, used)
         notes = [] if given is None else [*standard.notes]
@@ -87,7 +85,7 @@ class Opened:
             found = f"only {listed(self.whole.columns)}; {specification(self.table.path)}"
             raise DataError(self.table.path, "standard state columns", found)
         if self.dt is not None and len(log.time) > 1 and not is_regular(log.time, self.dt):
-            log = resample(log, self.dt, known, polled=self.whole.polled and not self.spec.hold)
+            log = resample(log, self.dt, known, polled=self.table.polled)
         name = _metadata(self.table, "name") or self.table.path.stem
         result = trajectory(self.table, log, known, name + suffix)
         notes = _own_notes(self.table) + result.notes

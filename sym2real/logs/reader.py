@@ -9,8 +9,9 @@ from sym2real.errors import DataError
 from sym2real.layout import Layouts
 from sym2real.logs.opened import Opened, in_step
 from sym2real.logs.recordings import Said, is_bag_folder
-from sym2real.logs.resample import COMMANDS, GAP_INTERVALS
+from sym2real.logs.resample import GAP_INTERVALS
 from sym2real.logs.several_files import LogFiles, one_log_each, read_parts
+from sym2real.logs.sources import commands_of
 from sym2real.logs.specification import LogSpec
 from sym2real.logs.standard import with_header
 from sym2real.logs.table import IN_FOLDERS, Table, file_type
@@ -152,9 +153,9 @@ def expand(paths: str | Path | Iterable[str | Path]) -> list[Path]:
 def _read(files: LogFiles, spec: LogSpec | None, layouts: Layouts | None) -> Table:
     if spec is None:
         return read_parts(files)
-    actions = COMMANDS.union(layouts.action if layouts else ())
-    joints = layouts.state.joints if layouts else ()
-    sent = {source.column: name in actions for name, source in spec.columns.items() if not name.startswith("ref_")}
+    commands, joints = commands_of(spec, layouts), layouts.state.joints if layouts else ()
+    actual = (source.column for name, source in spec.columns.items() if not name.startswith("ref_"))
+    sent = {column: column in commands for column in actual}
     turning = [source.column for name, source in spec.columns.items() if name in {"yaw", "ref_yaw", *joints}]
     attitudes = (spec.attitude, spec.attitude_command, spec.reference_attitude)
     euler = [column for attitude in attitudes for column in attitude.euler]

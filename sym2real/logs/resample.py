@@ -69,9 +69,10 @@ def resample(log: Standard, dt: float, layouts: Layouts, *, polled: bool = True)
     averaged = frozenset[str]() if _a_row_a_step(time, dt) else commands - turned
     columns: Columns = {}
     for name, values in log.columns.items():
-        if name in commands:
-            since = _since(time, values) if polled else time
-            columns[name] = _mean(since, values, grid, dt) if name in averaged else values[in_force]
+        if name in averaged:
+            columns[name] = _mean(_since(time, values) if polled else time, values, grid, dt)
+        elif name in commands:
+            columns[name] = values[in_force]
         else:
             columns[name] = np.interp(grid, time, values) if name in moving else values[latest]
     columns |= _circles(log, grid, commands) | _attitudes(log, grid, commands)

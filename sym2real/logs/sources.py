@@ -5,7 +5,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from sym2real.layout import Layouts
 from sym2real.logs.parts import ATTITUDES
+from sym2real.logs.resample import COMMANDS
 from sym2real.logs.specification import LogSpec
 from sym2real.logs.standard import TURNED_ABOUT_X, attitude_columns
 from sym2real.vocabulary import VELOCITY
@@ -13,6 +15,12 @@ from sym2real.vocabulary import VELOCITY
 ANGLES = ("roll", "pitch", "yaw")
 # What the reader makes of a column of its own kind.
 MADE_OF = {"yaw": ("sin_yaw", "cos_yaw"), "wheel_speed": ("vx", "vy")}
+
+
+def commands_of(spec: LogSpec, layouts: Layouts | None) -> frozenset[str]:
+    """Columns of the log that hold commands: of the vocabulary, and of a model's own."""
+    actions = COMMANDS.union(layouts.action if layouts else ())
+    return frozenset(source.column for name, source in spec.columns.items() if name in actions)
 
 
 def sources_of(spec: LogSpec) -> dict[str, str]:

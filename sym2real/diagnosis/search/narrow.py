@@ -9,6 +9,7 @@ from functools import partial
 
 from sym2real.diagnosis.estimate.significance import least_gain
 from sym2real.diagnosis.search.effect_set import EffectSet
+from sym2real.diagnosis.search.near import Near
 from sym2real.diagnosis.search.needed import Needed, Predicted
 from sym2real.diagnosis.search.select import PROMISING, REFITTED, Selection, parameter_set
 from sym2real.diagnosis.search.settled import refuted
@@ -37,7 +38,7 @@ def _stands(predicted: Predicted, larger: EffectSet) -> bool:
         return False
     selection = copy(predicted.selection)
     selection.put(larger.chosen, larger.fit)
-    return refuted(selection) is None
+    return refuted(Near.of(selection)) is None
 
 
 def _narrow(selection: Selection) -> Iterator[EffectSet]:

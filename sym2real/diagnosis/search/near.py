@@ -45,6 +45,11 @@ class Place:
     rivals: Sequence[EffectSet]
     outdone: bool
 
+    @property
+    def worth_it(self) -> list[EffectSet]:
+        """Rivals that cost less than none in the effect's place."""
+        return [rival for rival in self.rivals if rival.price < self.empty.price]
+
 
 @dataclass(frozen=True, eq=False)
 class Near:

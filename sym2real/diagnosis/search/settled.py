@@ -24,9 +24,7 @@ def settle(predicted: Predicted) -> Needed:
     """Drop effects that predictions do not need, and those that the logs do not bear out, until all others stand."""
     selection, needed = predicted.selection, keep_needed(predicted)
     dropped, gone = needed.dropped, {candidate.name for candidate in needed.dropped}
-    while more := (
-        predicted.needs_most(_asked_again(selection, gone)) or _instead(selection, gone) or _plainer(selection, gone)
-    ):
+    while more := predicted.needs_most(_asked_again(selection, gone)) or _instead(Near.of(selection), gone):
         gone |= {candidate.name for candidate in selection.chosen if candidate not in more.chosen}
         selection.put(more.chosen, more.fit)
         needed = keep_needed(predicted)
@@ -42,34 +40,32 @@ def _asked_again(selection: Selection, gone: Collection[str]) -> list[EffectSet]
     return [*_standing(selection, cheaper, gone)]
 
 
-def _instead(selection: Selection, gone: Collection[str]) -> EffectSet | None:
-    """What takes the place of an effect that the logs do not bear out; None where all are borne out."""
-    place = refuted(selection, gone)
-    return None if place is None else _in_place(selection, place, gone)
+def _instead(near: Near, gone: Collection[str]) -> EffectSet | None:
+    """What takes the place of an effect that the logs do not bear out, or of one that is not plain; None otherwise."""
+    place = refuted(near, gone)
+    return plainer_set(near, gone) if place is None else _in_place(near.selection, place, gone)
 
 
-def _plainer(selection: Selection, gone: Collection[str]) -> EffectSet | None:
+def plainer_set(near: Near, gone: Collection[str]) -> EffectSet | None:
     """The cheapest set with a plainer effect in the place of one that saves no more than the standard error beside it.
 
     A torque about each axis does what a weak rotor does. The one-standard-error rule: L. Breiman et al.,
     "Classification and Regression Trees", 1984, section 3.4.3.
     """
-    near, complexity = Near.of(selection), selection.complexity
-    worth = [rival for place in near.places for rival in place.rivals if rival.price < place.empty.price]
-    plainer = [rival for rival in worth if complexity(rival) < complexity(near.present)]
+    selection, most = near.selection, near.selection.complexity(near.present)
+    plainer = [rival for place in near.places for rival in place.worth_it if selection.complexity(rival) < most]
     alike = [rival for rival in plainer if not selection.surely_cheaper(near.present, rival)]
     return next(_standing(selection, alike, gone), None)
 
 
-def refuted(selection: Selection, gone: Collection[str] | None = None) -> Place | None:
+def refuted(near: Near, gone: Collection[str] | None = None) -> Place | None:
     """Of the effects that the logs do not bear out, the one with the least weight in its place.
 
     Where it is said which have ``gone``, also of those in whose place another one that has not costs less; a threshold
-    (see ``beam.py``) or one parameter more (see :func:`_plainer`) costs less there only by more than chance, and takes
+    (see ``beam.py``) or one parameter more (see :func:`plainer_set`) costs less there only by more than chance, and takes
     no place.
     """
-    near = Near.of(selection)
-    weights, present = near.probabilities(), near.present
+    selection, weights, present = near.selection, near.probabilities(), near.present
 
     def costs_less(place: Place) -> bool:
         instead = present if gone is None else _in_place(selection, place, gone)
@@ -91,8 +87,7 @@ def refuted(selection: Selection, gone: Collection[str] | None = None) -> Place 
 
 def _in_place(selection: Selection, place: Place, gone: Collection[str]) -> EffectSet:
     """The cheapest of the set without an effect, and with another in its place that has not gone."""
-    cheaper = [rival for rival in place.rivals if rival.price < place.empty.price]
-    return next(_standing(selection, cheaper, gone), place.empty)
+    return next(_standing(selection, place.worth_it, gone), place.empty)
 
 
 def _standing(selection: Selection, sets: Sequence[EffectSet], gone: Collection[str]) -> Iterator[EffectSet]:

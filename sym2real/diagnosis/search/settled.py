@@ -62,7 +62,7 @@ def refuted(near: Near, gone: Collection[str] | None = None) -> Place | None:
     """Of the effects that the logs do not bear out, the one with the least weight in its place.
 
     Where it is said which have ``gone``, also of those in whose place another one that has not costs less; a threshold
-    (see ``beam.py``) or one parameter more (see :func:`plainer_set`) costs less there only by more than chance, and takes
+    (see ``beam.py``) or one parameter more (:func:`plainer_set`) costs less there only by more than chance, and takes
     no place.
     """
     selection, weights, present = near.selection, near.probabilities(), near.present

@@ -23,7 +23,7 @@ QUADROTOR = {
 }
 CAR = {
     *("tyre_friction", "lateral_slip", "rolling_resistance", "slope", "wheelbase", "yaw_drag", "yaw_bias"),
-    *("lever_arm", "tyre_slip", "understeer", "relaxation_length", "steering_curve"),
+    *("lever_arm", "tyre_slip", "understeer", "relaxation_length", "steering_curve", "speed_loop"),
 }
 BOTH = {"wind", "linear_drag", "quadratic_drag", "periodic_force"}
 MOTORS_ONLY, ATTITUDE_ONLY = {"torque_scale"}, {"attitude_loop", "attitude_trim"}

@@ -65,14 +65,16 @@ def test_substitution_does_what_injection_does(
 def test_every_effect_is_held_against_the_simulator() -> None:
     """Those of joints in test_robots_from_mjcf.py, of wheels on one axle in test_robots_differential_drive.py.
 
-    No simulated robot is told an attitude: see test_effects_attitude_loop.py. Named parameters are those of equations
-    of one's own, which no description has: see test_diagnosis_parameters.py.
+    No simulated robot is told an attitude: see test_effects_attitude_loop.py. A softer speed loop gives way to a turn's
+    scrub, which the first-principles car lacks: see test_effects_speed_loop.py, straight ahead. Named parameters are
+    those of equations of one's own, which no description has: see test_diagnosis_parameters.py.
     """
     keys = [key for _, key, *_ in CASES] + [key for key, *_ in OF_MOTORS]
     of_joints = {name for name, kind in EFFECTS.items() if kind.robot == "robot with joints"}
     assert {key.partition(":")[0] for key in keys} == set(EFFECTS) - of_joints - {
         "attitude_loop",
         "attitude_trim",
+        "speed_loop",
         "parameter",
         "turning_friction",
         "wheel_radius",

@@ -48,7 +48,8 @@ class Body:
         numbers: SI units, by name: ``mass``, inertia ``jx jy jz`` (car: ``jz`` about the centre of mass), gains of the
             rate loop ``kx ky kz``, time constant of the attitude loop ``attitude_time`` (s); rotors: ``arm``,
             ``torque_per_thrust`` (m), ``rotor_thrust`` (N s²/rad²); car: ``wheelbase``, ``track``,
-            ``centre`` (of mass, ahead of the rear axle), ``wheel_drive`` (N s/m); joint J: ``J_inertia`` (what
+            ``centre`` (of mass, ahead of the rear axle), ``wheel_drive`` (N s/m), time constant of the speed loop
+            ``speed_time`` (s); joint J: ``J_inertia`` (what
             a force along it moves, kg or kg m²), ``J_alone`` (the same while no other joint is held: the least),
             ``J_braking`` (its damping and its servos', N s/m or N m s), ``J_strength`` (what its actuators can push,
             N or N m); action A of an MJCF, or as it goes in logs: ``A_range``, in its unit;

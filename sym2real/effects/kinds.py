@@ -14,7 +14,7 @@ FILES = {
         *("com_offset", "rotor_loss", "ground_effect"),
     ),
     "motors": ("torque_bias", "torque_scale", "motor_lag"),
-    "loops": ("rate_loop_gain", "attitude_loop", "rate_damping"),
+    "loops": ("rate_loop_gain", "attitude_loop", "speed_loop", "rate_damping"),
     "blades": ("flapping_moment", "translational_lift", "rotor_reaction"),
     "tyres": ("tyre_friction", "tyre_slip", "relaxation_length", "understeer", "lateral_slip"),
     "driving": (

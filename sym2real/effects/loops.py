@@ -1,4 +1,4 @@
-"""The loops on board a rotorcraft, and what is wrong with them.
+"""The loops on board a robot, and what is wrong with them.
 
 ``rate_loop``. The on-board rate loop ω̇ = K (ω_cmd - ω) + τ/J over one held step, from the robot's J and K.
 
@@ -11,6 +11,8 @@ The torque that is put in makes the rate at the end of a step that of the change
 Over a step of dt the attitude goes the part p = 1 - e^(-dt/τ) of the way to the command. To go the part p(kτ) instead,
 the nominal loop is given the command that lies p(kτ)/p(τ) of the way off.
 
+``speed_loop``. The same of a car's speed along its heading: u goes to u_cmd in k τ, not in τ.
+
 ``rate_damping``. Air that brakes rotation: τ = -d∘ω.
 
 On a closed rate loop it is a loop of gain K + d/J whose command is K/(K + d/J) of the command. Where motors turn the
@@ -20,7 +22,7 @@ body, the torque over a step is that of the mean rate (trapezoidal rule), with t
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -32,7 +34,7 @@ from sym2real.effects.kind import POSITIVE, Kind, Numbers, Parameter, Values, of
 from sym2real.effects.manoeuvres import EXCITED
 from sym2real.effects.searching import Searching
 from sym2real.effects.terms import acting_torque
-from sym2real.effects.wrench import AXES, push, uses
+from sym2real.effects.wrench import AXES, FORWARD, forward_speed, push, uses
 from sym2real.errors import ModelError
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
@@ -183,6 +185,39 @@ ATTITUDE_LOOP = Kind(
     needs=(*ATTITUDE_COMMAND.columns, *ATTITUDE.columns),
     numbers=(TIME,),
     robot="quadrotor",
+)
+
+
+SPEED_TIME = "speed_time"  # the number τ of a car that is told a speed, s
+SPEED = "speed"
+
+
+def _speed_loop_substitute(equations: Equations, values: Values, body: Body) -> Equations:
+    time, start, told = body.number(SPEED_TIME), forward_speed(body), symbol(SPEED)
+    further = _part(values["value"] * time, body.dt) / _part(time, body.dt)
+    return equations.substitute({SPEED: start + further * (told - start)})
+
+
+def _slow(spec: Any, body: Body, values: Numbers) -> None:
+    for actuator in truth.actuators(spec, replace(body, column=SPEED)):
+        actuator.gainprm = [number / values["value"] for number in actuator.gainprm]
+        actuator.biasprm = [number / values["value"] for number in actuator.biasprm]
+
+
+SPEED_LOOP = Kind(
+    name="speed_loop",
+    stage="loop",
+    parameters=of_any_body(Parameter("value", "1", null=1.0, low=0.1, high=10.0, scale=0.3, domain=POSITIVE)),
+    formula=r"\tau \to k\,\tau",
+    summary="The speed loop is slower or faster than the nominal one.",
+    confused_with="a lag of the speed command, where it is slower",
+    shown_by="steps of the speed",
+    fix="multiply the model's time constant by it (`nominal car --time-constant`)",
+    inject=truth.editing(_slow),
+    substitute=_speed_loop_substitute,
+    needs=(SPEED, *FORWARD),
+    numbers=(SPEED_TIME,),
+    robot="car",
 )
 
 

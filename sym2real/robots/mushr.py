@@ -136,6 +136,7 @@ MUSHR = Robot(
         "wheel_drive": WHEEL_DRIVE,
         "centre": CENTRE,
         "jz": YAW_INERTIA,
+        "speed_time": SPEED_TIME_CONSTANT,
     },
     mppi=MPPISettings(horizon=1.0, temperature=0.5, noise=(0.2, 0.8), knots=5),
     rigid_body=_rigid_body,

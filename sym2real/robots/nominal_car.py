@@ -89,7 +89,8 @@ def car(
         },
         robot=robot,
         notes=tuple(unlikely_in_car(wheelbase, mass)),
-        numbers={"mass": mass, "wheelbase": wheelbase, "centre": centre},
+        numbers={"mass": mass, "wheelbase": wheelbase, "centre": centre}
+        | ({"speed_time": time_constant} if time_constant else {}),
     )
 
 

@@ -1,4 +1,4 @@
-"""A speed loop that is slower or faster than nominal: in MuJoCo, as equations of that loop, and in integrated drives."""
+"""A speed loop that is slower or faster than nominal: in MuJoCo, as equations of that loop, in integrated drives."""
 
 from __future__ import annotations
 

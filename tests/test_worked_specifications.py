@@ -10,9 +10,11 @@ import pytest
 from log_files import saved
 
 from sym2real import rotation
-from sym2real.logs import LogSpec, read_log
+from sym2real.errors import DataError
+from sym2real.logs import LogSpec, inspect_logs, read_log, read_logs
 from sym2real.logs.pose import attitude
-from sym2real.trajectory import Trajectory
+from sym2real.logs.table import read_table
+from sym2real.trajectory import Array, Trajectory
 
 PAGE = (Path(__file__).parents[1] / "docs" / "worked_specifications.md").read_text(encoding="utf-8")
 SPECS = dict(re.findall(r"^## (\w+).*?```toml\n(.*?)```", PAGE, re.DOTALL | re.MULTILINE))
@@ -66,16 +68,75 @@ def test_cfclient(tmp_path: Path) -> None:
     assert log.column("thrust")[5] == pytest.approx(36000 / 111342, rel=1e-4)
 
 
+MOTIVE = """Format Version,1.23,Take Name,Take 1,Capture Frame Rate,50.000000,Rotation Type,Quaternion,Units,Meters
+
+,,Rigid Body,Rigid Body,Rigid Body,Rigid Body,Rigid Body,Rigid Body,Rigid Body,Rigid Body
+,,car,car,car,car,car,car,car,car
+,,"5FD8","5FD8","5FD8","5FD8","5FD8","5FD8","5FD8","5FD8"
+,,Rotation,Rotation,Rotation,Rotation,Position,Position,Position,Mean Marker Error
+Frame,Time (Seconds),X,Y,Z,W,X,Y,Z,
+"""
+VICON = """Objects
+100
+,,car:car
+Frame,Sub Frame,RX,RY,RZ,TX,TY,TZ
+,,deg,deg,deg,mm,mm,mm
+"""
+
+
+def captured(folder: Path, head: str, rows: Array, commands: Array) -> list[Path]:
+    """What a motion capture writes, numbered, and two commands beside it, whose stamps go by its names."""
+    capture, sent = folder / "capture.csv", folder / "commands.csv"
+    capture.write_text(head + "\n".join(",".join(f"{cell:.9g}" for cell in row) for row in rows) + "\n")
+    names = "steer_cmd,speed_cmd" if commands.shape[1] == 2 else "Time (Seconds),steering_cmd,speed_cmd"
+    np.savetxt(sent, commands, delimiter=",", header=names, comments="")
+    return [capture, sent]
+
+
 def test_motive(tmp_path: Path) -> None:
     """Turned to the left by 30° about the axis that is up."""
-    log = read(tmp_path, "OptiTrack", X=1.0, Y=3.0, Z=2.0, qw=np.cos(HALF), qy=np.sin(HALF), speed_cmd=0.7)
+    time = 0.02 * np.arange(ROWS)
+    rows = [[i, t, 0.0, np.sin(HALF), 0.0, np.cos(HALF), 1.0, 3.0, 2.0, 1e-4] for i, t in enumerate(time)]
+    commands = np.column_stack([time, np.full((ROWS, 2), [0.1, 0.7])])
+    (log,) = read_logs(captured(tmp_path, MOTIVE, np.array(rows), commands), LogSpec.parse(SPECS["OptiTrack"]))
     assert [log.column(name)[5] for name in "xyz"] == [1.0, -2.0, 3.0]
-    assert turned(log) == pytest.approx([0.0, 0.0, 30.0], abs=1e-9)
+    assert turned(log) == pytest.approx([0.0, 0.0, 30.0], abs=1e-6)
     assert log.column("speed")[5] == 0.7
 
 
 def test_vicon(tmp_path: Path) -> None:
-    log = read(tmp_path, "Vicon", TX=1000.0, TY=-500.0, RZ=90.0, steer_cmd=10.0)
+    rows = [[1 + i, 0, 0.1, 0.1, 90.0, 1000.0, -500.0, 50.0] for i in range(ROWS)]
+    files = captured(tmp_path, VICON, np.array(rows), np.full((ROWS, 2), [10.0, 0.7]))
+    (log,) = read_logs(files, LogSpec.parse(SPECS["Vicon"]))
     assert (log.dt, log.column("x")[5], log.column("y")[5]) == pytest.approx((0.01, 1.0, -0.5))
     assert log.column("sin_yaw")[5] == pytest.approx(1.0)
     assert log.column("steer")[5] == pytest.approx(np.radians(10.0))
+
+
+def test_two_bodies_are_told_apart_by_the_lines_above(tmp_path: Path) -> None:
+    """Vicon names a body above the first of its columns; an error names the line of the file."""
+    head = "Objects\n100\n,,one:one,,,two:two,,\nFrame,Sub Frame,TX,TY,TZ,TX,TY,TZ\n,,mm,mm,mm,mm,mm,mm\n"
+    path = tmp_path / "two.csv"
+    path.write_text(head + "1,0,1,2,3,4,5,6\n" * ROWS)
+    assert [*read_table(path).columns][2:6] == ["one:one.TX.mm", "one:one.TY.mm", "one:one.TZ.mm", "two:two.TX.mm"]
+    path.write_text(head + "1,0,1,2,3,4,5,6\n" * ROWS + "1,0,1\n" + "1,0,1,2,3,4,5,6\n" * 2)
+    with pytest.raises(DataError, match=f"row {6 + ROWS}: expected 8 values"):
+        read_table(path)
+
+
+@pytest.mark.parametrize("y_up", [True, False])
+def test_an_inspection_sees_which_axis_is_up(y_up: bool, tmp_path: Path) -> None:
+    """A car in a weaving drive, captured with y up and with z up."""
+    time = 0.02 * np.arange(400)
+    heading = 0.8 * np.sin(time)
+    x, y = (np.cumsum(0.02 * part(heading)) for part in (np.cos, np.sin))
+    level, up, error = np.full(400, 1e-4), np.full(400, 0.05), np.full(400, 3e-4)
+    sine, cosine = np.sin(heading / 2), np.cos(heading / 2)
+    turn, place = ([level, sine, -level], [x, up, -y]) if y_up else ([level, level, sine], [x, y, up])
+    rows = np.column_stack([np.arange(400), time, *turn, cosine, *place, error])
+    path, _ = captured(tmp_path, MOTIVE, rows, np.zeros((400, 2)))
+    proposed = inspect_logs(path).spec
+    assert proposed.flip == (("Position.Z", "Rotation.Z") if y_up else ())
+    log = read_log(path, proposed)
+    np.testing.assert_allclose(log.column("y"), y, atol=1e-6)
+    np.testing.assert_allclose(log.column("qz"), sine, atol=1e-6)

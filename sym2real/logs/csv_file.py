@@ -1,16 +1,18 @@
 """Strict reading of CSV files, and writing that keeps every bit of a float64."""
 
 import csv
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from itertools import accumulate
 from pathlib import Path
 
 from sym2real.errors import DataError
+from sym2real.logs.units import UNITS
 from sym2real.trajectory import Array
 
 # What parts cells, the likeliest last: a comma beside semicolons is a decimal one, beside tabs a letter of a name.
 DELIMITERS = (";", "\t", "|", ",")
 FIRST_ROW = 2  # the header is line 1
-BLACKBOX, BLACKBOX_HEADER = "Product,Blackbox", "loopIteration,"
+ROWS = 3  # lines of numbers that are rows, where settings may stand ahead of them
 SHOWN = 60  # letters of a line in an error
 LONGEST_NAME = 200  # letters of a column's name
 
@@ -28,9 +30,8 @@ def read(path: Path, header: Sequence[str] = ()) -> tuple[list[str], list[Array 
     Raises:
         DataError: when the file is binary, empty, has no header or one too many, or lines of unequal length.
     """
-    lines = _lines(path)
-    ahead = _preamble(lines)
-    lines, first = lines[ahead:], FIRST_ROW + ahead
+    lines, ahead = _headed(path, _lines(path))
+    first = FIRST_ROW + ahead
     delimiter = _delimiter(lines)
     names = _header(path, lines[0], delimiter, named=bool(header))
     if header:
@@ -47,13 +48,12 @@ def read(path: Path, header: Sequence[str] = ()) -> tuple[list[str], list[Array 
 
 
 def first_cells(path: Path) -> list[str]:
-    """Cells of the first line behind a preamble: the names of the columns, or numbers where the file names none.
+    """The names of the columns, or numbers where the file names none.
 
     Raises:
         DataError: as of :func:`read`.
     """
-    lines = _lines(path)
-    lines = lines[_preamble(lines) :]
+    lines, _ = _headed(path, _lines(path))
     return _header(path, lines[0], _delimiter(lines), named=True)
 
 
@@ -66,12 +66,53 @@ def is_number(text: str) -> bool:
     return True
 
 
-def _preamble(lines: Sequence[str]) -> int:
-    """Lines ahead of the header: Betaflight's Blackbox Explorer writes the flight controller's settings there."""
-    if not lines[0].replace('"', "").startswith(BLACKBOX):
-        return 0
-    headers = (i for i, line in enumerate(lines) if line.replace('"', "").startswith(BLACKBOX_HEADER))
-    return next(headers, 0)
+def _headed(path: Path, lines: list[str]) -> tuple[list[str], int]:
+    """The lines from the header on, made one of several, and how many more there were.
+
+    Motion capture, Betaflight's Explorer and data loggers write settings ahead of the names, and these in several
+    lines: bodies, quantities, axes, units. Where the first line is no header, the names are what stands above the first
+    row: the lowest line, with as many of those above it as give each column a name of its own.
+    """
+    delimiter = _delimiter(lines[-2:])
+    width = len(_cells(path, lines[-2:][0], max(len(lines) - 1, 1), delimiter))
+    top = [[cell.strip() for cell in _cells(path, line, 1 + i, delimiter)] for i, line in enumerate(lines[:2])]
+    if _are_names(top[0], width) and not _are_units(top[-1]):
+        return lines, 0
+    rows = (
+        i for i in range(len(lines)) if all(_is_row(path, line, i, delimiter, width) for line in lines[i : i + ROWS])
+    )
+    first, names = next(rows, 0), [""] * width
+    for above in range(first - 1, -1, -1) if first > 1 else ():
+        cells = [cell.strip() for cell in _cells(path, lines[above], 1 + above, delimiter)]
+        words = _widened(cells, width, carried=any(names))
+        names = [f"{word}.{name}".strip(".") for word, name in zip(words, names, strict=True)]
+        if _are_names(names, width):
+            return [(delimiter or " ").join(names), *lines[first:]], first - 1
+    return lines, 0
+
+
+def _are_units(cells: Sequence[str]) -> bool:
+    """Whether a line has units and nothing else."""
+    return any(cells) and {*cells} <= {"", *UNITS}
+
+
+def _are_names(cells: Sequence[str], width: int) -> bool:
+    """Whether a line has so many names, all different."""
+    return len(cells) == len({*cells}) == width and not any(map(is_number, cells)) and not _are_units(cells)
+
+
+def _is_row(path: Path, line: str, above: int, delimiter: str | None, width: int) -> bool:
+    """Whether half of the cells of a line of this width, and more than one, are numbers."""
+    cells = _cells(path, line, 1 + above, delimiter)
+    numbers = sum(map(is_number, cells))
+    return len(cells) == width and numbers > 1 and 2 * numbers >= sum(map(bool, cells))
+
+
+def _widened(cells: Sequence[str], width: int, *, carried: bool) -> list[str]:
+    """So many cells of a line of names; an empty one may be carried over from the last before it."""
+    whole = [*cells, *[""] * width][:width]
+    last: Callable[[str, str], str] = lambda before, name: name or before  # noqa: E731
+    return list(accumulate(whole, last)) if carried else whole
 
 
 def _delimiter(lines: Sequence[str]) -> str | None:

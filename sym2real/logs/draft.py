@@ -53,6 +53,7 @@ class Draft:
         body_rates: angular velocity of that attitude ``# (rows, 3)``.
         acceleration: world acceleration by numeric differences ``# (rows, 2 or 3)``.
         held: columns that are slower than the others, whose last number stands until the next.
+        reversed: columns whose sign is turned.
         flips: columns whose sign is suspected, with the evidence.
         comments: lines for the TOML text by the key that they follow.
     """
@@ -72,6 +73,7 @@ class Draft:
     world: Array | None = None
     body_rates: Array | None = None
     acceleration: Array | None = None
+    reversed: tuple[str, ...] = ()
     flips: dict[str, str] = field(default_factory=dict)
     left_out: set[str] = field(default_factory=set)
     findings: list[Finding] = field(default_factory=list)
@@ -81,6 +83,11 @@ class Draft:
         """A column of the logs as it stands there ``# (rows,)``, or several side by side ``# (rows, k)``."""
         values = [self.rows.of([table.column(name, "in every log") for table in self.tables]) for name in columns]
         return values[0] if len(columns) == 1 else np.stack(values, axis=1)
+
+    def reverse(self, *columns: str) -> None:
+        """Turn the sign of columns, here and in the specification."""
+        self.reversed += columns
+        self.tables = [table.with_columns({name: -table.columns[name] for name in columns}) for table in self.tables]
 
     def has(self, *standard: str) -> bool:
         """Whether every one of these standard columns has been found."""
@@ -144,6 +151,7 @@ class Draft:
             time=self.time,
             columns=columns,
             drop_first=self.drop_first,
+            flip=self.reversed,
             derive=tuple(self.derived),
             velocity_frame=self.velocity_frame,
             frames=self.frames,

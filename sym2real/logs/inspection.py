@@ -23,6 +23,7 @@ from sym2real.logs.inspect_heading import inspect_yaw
 from sym2real.logs.inspect_joints import inspect_joints
 from sym2real.logs.inspect_motion import inspect_positions, inspect_rates, inspect_velocities, inspect_wheel
 from sym2real.logs.inspect_time import inspect_time
+from sym2real.logs.inspect_upright import inspect_upright
 from sym2real.logs.joint_names import Matching, match_own
 from sym2real.logs.reader import expand
 from sym2real.logs.several_files import one_log_each, read_parts
@@ -87,6 +88,7 @@ def inspect_logs(
     assignment, matching = _assigned(list(tables[0].columns), layouts, moved)
     draft = _draft(tables, assignment)
     inspect_time(draft)
+    inspect_upright(draft)
     inspect_positions(draft)
     inspect_yaw(draft)
     inspect_attitudes(draft)
@@ -158,7 +160,7 @@ def _finished(files: tuple[Path, ...], draft: Draft, header: tuple[str, ...], wh
     comments = {key: tuple(lines) for key, lines in draft.comments.items()}
     if draft.flips:
         lines = [f"suspected: {column}: {evidence}" for column, evidence in draft.flips.items()]
-        comments["flip"] = (f"flip = {spec_text.text(list(draft.flips))}", *lines)
+        comments["flip"] = (f"flip = {spec_text.text([*draft.reversed, *draft.flips])}", *lines)
     comments[""] = (
         f"Proposed by 'sym2real inspect' from {', '.join(path.name for path in files)}.",
         "Signs are as recorded. Lines that start with '# key =' are suspicions: take the # away to accept one.",

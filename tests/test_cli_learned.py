@@ -63,6 +63,7 @@ def test_run_flies_the_whole(folder: Path) -> None:
     assert all(np.isfinite(result["tracking"]) and result["log"] for result in flown.values())
 
 
+@pytest.mark.slow
 def test_show_and_export_have_the_whole(folder: Path, tmp_path: Path) -> None:
     shown = result_of(["show", str(folder / "model")], tmp_path)
     assert "over states and actions, 1 past commands and 0 past states, of vx" in shown["learned"]["residual"]

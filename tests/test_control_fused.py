@@ -108,6 +108,7 @@ def test_a_plan_is_that_of_its_action_also_when_another_command_was_sent_since()
     torch.testing.assert_close(late.plan.states, states, rtol=0, atol=0)
 
 
+@pytest.mark.slow
 def test_states_are_those_of_float64_within_a_ten_thousandth() -> None:
     """Forty steps of one sample at a time, read through a cost that is a state column."""
     state, worst = disturbed_start(CRAZYFLIE), 0.0

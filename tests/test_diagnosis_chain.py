@@ -51,6 +51,7 @@ def test_the_effect_is_named_with_its_value_and_adding_it_lowers_the_error(
     assert equations.filters or equations.text() != CRAZYFLIE.nominal().text()
 
 
+@pytest.mark.slow
 def test_nothing_is_found_where_nothing_is_missing() -> None:
     found = diagnosed(flights())
     assert found.findings == ()

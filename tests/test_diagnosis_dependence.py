@@ -84,6 +84,7 @@ def test_a_term_takes_the_push_away_that_was_put_in() -> None:
     assert 0.95 < one.fall(terms.problems.folds) / one.most <= 1.0
 
 
+@pytest.mark.slow
 def test_a_trim_of_every_log_has_no_part_in_what_was_sent_before() -> None:
     selection, _ = without_a_library("mushr")
     problem = selection.problems.problem

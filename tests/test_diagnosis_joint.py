@@ -44,6 +44,7 @@ def test_two_effects_that_are_there_are_found_together_and_neither_is_enough() -
     assert values.keys() == {"com_offset", "linear_drag"}
 
 
+@pytest.mark.slow
 def test_the_order_in_which_a_hypothesis_is_named_does_not_matter() -> None:
     first, second = tried("com_offset", "linear_drag"), tried("linear_drag", "com_offset")
     assert [one.effect for one in first.findings] == [one.effect for one in second.findings]
@@ -52,6 +53,7 @@ def test_the_order_in_which_a_hypothesis_is_named_does_not_matter() -> None:
         assert one.values == pytest.approx(other.values, rel=1e-4, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_an_effect_that_is_not_there_is_refused_beside_those_that_are() -> None:
     three = tried("com_offset", "linear_drag", "wind")
     assert not three.supported

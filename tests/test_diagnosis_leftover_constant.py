@@ -44,6 +44,7 @@ def test_a_constant_without_a_name_is_left_over_with_its_size() -> None:
     assert "constant disturbance along fx of 0.0" in found.summary
 
 
+@pytest.mark.slow
 def test_the_constant_is_proposed_as_a_term() -> None:
     proposal = diagnosed(windy=True).proposal
     assert proposal is not None

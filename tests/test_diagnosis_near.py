@@ -105,6 +105,7 @@ def test_what_no_prediction_needs_is_dropped_and_what_it_needs_stays() -> None:
     assert wind.tolist() == pytest.approx([WIND["fx"], WIND["fy"]], rel=0.1)
 
 
+@pytest.mark.slow
 def test_what_stays_once_another_has_gone_gives_way_to_what_the_logs_ask_for() -> None:
     """Drag stands for a wind, beside 80 mg that no prediction needs."""
     flights = flights_with_all({"wind": WIND, "added_mass": {"value": 8e-5}})
@@ -144,6 +145,7 @@ def test_once_others_have_gone_what_costs_less_takes_the_place_of_what_the_logs_
     assert refuted(Near.of(beside), gone=()) is None
 
 
+@pytest.mark.slow
 def test_an_effect_that_saves_no_more_than_the_standard_error_gives_way_to_a_plainer_one() -> None:
     """A linear drag has three numbers; of a small quadratic one it explains as much, of a linear one surely more."""
     keys, flights = ("linear_drag", "quadratic_drag"), flights_with("quadratic_drag", {"value": 0.003})

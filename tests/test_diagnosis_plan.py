@@ -50,12 +50,14 @@ def test_hover_shows_no_quadratic_drag_and_fast_flight_does() -> None:
     assert not inseparable(planned("crazyflie", FLIGHTS), "linear_drag", "quadratic_drag")
 
 
+@pytest.mark.slow
 def test_ground_effect_and_mass_are_one_at_one_height() -> None:
     low = (Manoeuvre("hover", height=0.12),)
     assert inseparable(planned("crazyflie", low), "ground_effect", "added_mass")
     assert not inseparable(planned("crazyflie", FLIGHTS), "ground_effect", "added_mass")
 
 
+@pytest.mark.slow
 def test_without_dither_hover_shows_neither_delay_nor_motor_lag() -> None:
     still = planned("crazyflie", HOVER, dither=0.01)
     assert smallest(still, "motor_lag") is None
@@ -64,12 +66,14 @@ def test_without_dither_hover_shows_neither_delay_nor_motor_lag() -> None:
     assert not inseparable(planned("crazyflie", FLIGHTS), "delay", "motor_lag")
 
 
+@pytest.mark.slow
 def test_a_circle_both_ways_parts_steering_offset_from_steering_gain() -> None:
     assert inseparable(planned("mushr", (CIRCLE, CIRCLE), dither=0.01), "offset:steer", "gain:steer")
     assert not inseparable(planned("mushr", (CIRCLE, OTHER_WAY), dither=0.01), "offset:steer", "gain:steer")
     assert inseparable(planned("mushr", (CIRCLE, CIRCLE), dither=0.01), "yaw_bias", "lever_arm")
 
 
+@pytest.mark.slow
 def test_several_speeds_part_rolling_resistance_from_a_speed_gain() -> None:
     assert inseparable(planned("mushr", (CIRCLE, CIRCLE), dither=0.01), "gain:speed", "rolling_resistance")
     assert not inseparable(planned("mushr", DRIVES), "gain:speed", "rolling_resistance")

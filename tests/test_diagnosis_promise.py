@@ -62,6 +62,7 @@ def test_what_is_found_may_be_too_small_to_matter() -> None:
     assert falls[0] < 0.1 < falls[1]
 
 
+@pytest.mark.slow
 def test_what_is_beyond_chance_and_too_small_for_few_logs_is_a_note_and_not_supported() -> None:
     size = row("offset:drive").smallest
     assert size is not None

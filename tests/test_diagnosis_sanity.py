@@ -83,6 +83,7 @@ def test_pieces_start_where_the_models_own_sensors_report_what_was_logged(key: s
     assert float(away.abs().max()) < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("key", "value", "tolerance"),
     [("sensor_scale:wy", 1.2, 0.03), ("sensor_bias:wx", 0.15, 0.02), ("time_shift:wy", 0.06, 0.006)],

@@ -59,6 +59,7 @@ def test_segments_start_nearer_to_the_truth_than_rows_before_them_say() -> None:
     assert bool((missed[1] < 0.6 * missed[0]).all())
 
 
+@pytest.mark.slow
 def test_dry_friction_of_a_noisy_cart_is_as_large_as_it_is() -> None:
     data = Dataset([measured(run(number), number) for number in range(6)])
     found = diagnose(ROBOT.nominal(), data, exclude=OTHERS)

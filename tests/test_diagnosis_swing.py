@@ -62,6 +62,7 @@ def test_a_swing_is_named_with_its_frequency_and_size() -> None:
     assert found.gate.passed
 
 
+@pytest.mark.slow
 def test_the_angle_in_the_logs_is_the_one_that_the_force_had() -> None:
     data = flights_with("periodic_force", FORCE, steps=400)
     swing = found_in(data)

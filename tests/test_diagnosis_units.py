@@ -246,6 +246,7 @@ def test_logs_in_different_units_are_each_put_right() -> None:
         np.testing.assert_allclose(log.action, right.action, rtol=1e-9, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_logs_that_agree_are_judged_together_even_if_one_alone_is_unclear() -> None:
     """A centre of mass that is off needs a rate command at rest, which is no factor of what was sent."""
     data = flights_with("com_offset", {"rx": 0.001}, count=4)

@@ -64,5 +64,6 @@ def test_front_wheels_that_are_turned_alike_are_named_and_no_gain() -> None:
     assert value.value == pytest.approx(mean, rel=0.1)
 
 
+@pytest.mark.slow
 def test_a_bicycle_has_no_curve() -> None:
     assert not diagnose(BASE, [driven(seed, alike=False) for seed in range(6)]).findings

@@ -149,6 +149,7 @@ def slope(robot: str, column: str, by: str, **values: float) -> float:
     return float(derivative.subs({symbol(name): value for name, value in rest.items()}))
 
 
+@pytest.mark.slow
 def test_velocities_by_differences_do_not_make_a_car_slower() -> None:
     """Half a row late they are; an equation that takes them for the present has a time constant of 140 ms for 117."""
     assert any("vx of the logs is 25 ms late" in note for note in learned("mushr").notes)
@@ -193,6 +194,7 @@ def test_velocities_that_a_filter_made_late_are_moved(tmp_path: Path, monkeypatc
     assert max(np.abs(seen[late] - seen[0]).mean() for late in (1, 2)) < 0.2 * apart
 
 
+@pytest.mark.slow
 def test_the_thrust_of_a_hover_is_found() -> None:
     """A height that is kept hardly shows it: what noise leaves of a velocity is as large as what thrust does to it."""
     robot = ROBOTS["crazyflie"]

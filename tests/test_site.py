@@ -97,6 +97,7 @@ def test_errors_that_are_explained_are_those_of_the_code() -> None:
     assert set(classes) == set(re.findall(r"^class (\w+)\(Sym2RealError", code, re.MULTILINE))
 
 
+@pytest.mark.slow
 def test_the_site_builds_without_a_warning(tmp_path: Path) -> None:
     pytest.importorskip("mkdocs", reason="the site needs the extra docs")
     command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", str(tmp_path / "site")]

@@ -224,12 +224,36 @@ BAD: dict[str, tuple[str | bytes, int | None, str | None, str]] = {
     ),
     "duplicate": (GOOD.replace("vx", "x"), 1, "x", "the name twice"),
     "unnamed": (GOOD.replace("y", ""), 1, None, "none for column 3"),
-    "decimal commas": (GOOD.replace(",", ";").replace(".", ","), 2, "t", "a decimal comma"),
+    "commas and points": (GOOD.replace(",", ";").replace("0.1", "0,1"), 3, "t", "a decimal comma"),
+    "a date among numbers": (GOOD.replace("0.1,", "2026-03-01,"), 3, "t", "'2026-03-01'"),
+    "a word among dates": (
+        f"{HEADER}\n" + "".join(f"2026-03-01T10:00:0{i},1,2,3\n" for i in range(5)) + "noon,1,2,3\n",
+        2,
+        "t",
+        "text",
+    ),
     "binary": (b"\x89PNG\r\n\x1a\n\x00\x00\x00", 1, None, "no UTF-8"),
     "zero byte": (GOOD.encode() + b"0.3,\x00,2,3\n", 5, None, "a zero byte"),
     "one column": ("t\n0\n1\n", 1, None, "'t'"),
     "nothing known": ("t,a,b\n0,1,2\n1,2,3\n", None, None, "only t, a, b; .*`sym2real inspect"),
 }
+
+
+def test_decimal_commas_are_points_where_no_number_has_one(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text(GOOD.replace(",", ";").replace(".", ","))
+    np.testing.assert_array_equal(read_log(path).time, [0.0, 0.1, 0.2])
+
+
+@pytest.mark.parametrize("zone", ["", "Z", "+02:00"])
+@pytest.mark.parametrize("between", ["T", " "])
+def test_stamps_may_be_dates(zone: str, between: str, tmp_path: Path) -> None:
+    """Across midnight; of a log's times their differences count."""
+    path = tmp_path / "log.csv"
+    days = [("2026-02-28", "23:59:59.950"), ("2026-03-01", "00:00:00"), ("2026-03-01", "00:00:00.05")]
+    rows = [f"{between.join(day)}{zone},{i},2,3" for i, day in enumerate(days)]
+    path.write_text("\n".join([HEADER, *rows]) + "\n")
+    np.testing.assert_allclose(np.diff(read_log(path).time), 0.05, atol=1e-6)
 
 
 @pytest.mark.parametrize("case", BAD)

@@ -20,8 +20,8 @@ LONGEST_NAME = 200  # letters of a column's name
 def read(path: Path, header: Sequence[str] = ()) -> tuple[list[str], list[Array | Sequence[str]], int, None]:
     """Column names, cells by column, the line of the first row, and no metadata.
 
-    Commas, semicolons, tabs, bars or blanks part the cells. A column of numbers comes as an array, one that holds
-    anything else as its texts.
+    Commas, semicolons, tabs, bars or blanks part the cells. Where other than commas do, and no number has a point, a
+    comma is a decimal point.
 
     Args:
         path: of the file.
@@ -37,6 +37,8 @@ def read(path: Path, header: Sequence[str] = ()) -> tuple[list[str], list[Array 
     if header:
         _check_header(path, names, header)
         names, lines, first = list(header), ["", *lines], first - 1
+    if delimiter not in (None, ",") and not any("." in line for line in lines[1:]):
+        lines = [lines[0], *(line.replace(",", ".") for line in lines[1:])]  # as spreadsheets write in half of Europe
     rows = [_cells(path, line, first + i, delimiter) for i, line in enumerate(lines[1:])]
     _check_lengths(path, lines, rows, len(names), first)
     cells = [list(column) for column in zip(*rows, strict=True)] if rows else [[] for _ in names]

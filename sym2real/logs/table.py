@@ -7,6 +7,7 @@ import re
 from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
@@ -177,7 +178,7 @@ def _of_recording(file: Path, recording: Recording, wanted: Collection[str] | No
 
 
 def numbers(table: Table, name: str, cells: Array | Sequence[str]) -> Array | None:
-    """Cells as numbers ``# (rows,)``; None where the column holds text throughout.
+    """Cells as numbers ``# (rows,)``, dates as seconds; None where the column holds text throughout.
 
     Raises:
         DataError: naming the first cell that is no number in a column of numbers.
@@ -197,10 +198,18 @@ def numbers(table: Table, name: str, cells: Array | Sequence[str]) -> Array | No
     if bad and all(_has_decimal_comma(cells[position]) for position in bad):
         raise table.error("a number with a decimal point", f"{_short(cells[bad[0]])}, a decimal comma", bad[0], name)
     if len(bad) > len(cells) // 2:
-        return None
+        return _dates(cells)
     if bad:
         raise table.error("a number", _short(cells[bad[0]]), bad[0], name)
     return values
+
+
+def _dates(cells: Sequence[str]) -> Array | None:
+    """Dates and times of ISO 8601 in s since 1970, of Greenwich where they name no zone; None where one is none."""
+    with suppress(ValueError):
+        dates = [datetime.fromisoformat(cell.strip()) for cell in cells]
+        return np.array([(date if date.tzinfo else date.replace(tzinfo=UTC)).timestamp() for date in dates])
+    return None
 
 
 def _number(cell: str) -> float:

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from math import inf, log
+from math import inf, log, pi
 
 import numpy as np
 import torch
@@ -163,6 +163,10 @@ class Steps:
         here, *beside = self.errors(columns, [factor * by for by in (1.0, SETTINGS.far, 1.0 / SETTINGS.far)])
         return float((torch.minimum(*beside) / here).max())
 
+    def largest(self, columns: Sequence[str]) -> float:
+        """The largest of these commands."""
+        return max(float(np.abs(log.column(name)).max()) for log in self.data for name in columns)
+
     def missed(self, columns: Sequence[str], factor: float) -> float:
         """Mean of :meth:`errors`."""
         return float(self.errors(columns, [factor]).mean())
@@ -224,6 +228,8 @@ def _most_foreign(steps: Steps, settled: Sequence[str]) -> tuple[Scaled, float] 
         missed, meant = steps.missed(columns, ratio), steps.data.layouts.action.units[columns[0]]
         if missed < best[0] and steps.rise(columns, ratio) > SETTINGS.command_sides:
             found = in_unit(columns, meant, ratio, (least, least), mass)
+            if meant == "rad" and steps.largest(columns) > ratio * pi:
+                continue  # beyond half a turn an angle is another one
             if found is not None and _mended(now, steps.errors(columns, [ratio])[0]):
                 best = missed, (found, ratio)
     return best[1]

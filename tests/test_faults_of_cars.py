@@ -1,0 +1,67 @@
+"""What a car's logs do not show as a mistake, although a transformation would mend them: drives of a car that slips."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sym2real.dataset import Dataset
+from sym2real.diagnosis.faults.mistakes.balance import Balances
+from sym2real.diagnosis.faults.mistakes.judge import come_apart
+from sym2real.diagnosis.faults.mistakes.transformation import Late, of_all
+from sym2real.diagnosis.faults.sanity import check
+from sym2real.robots import car
+from sym2real.trajectory import Trajectory
+from sym2real.vocabulary import HEADING
+
+WHEELBASE, LAG, FINE = 0.26, 0.06, 1e-3
+BASE = car(WHEELBASE, time_constant=0.1, mass=3.0, dt=0.02)
+
+
+def driven(seed: int, *, slip: float = 0.0, sign: float = 1.0, square: bool = False, rows: int = 600) -> Trajectory:
+    """The yaw rate follows the steering in 60 ms; the rear axle slips aside by so many rad s²/m of u ω.
+
+    Args:
+        sign: of the steering angle in the log.
+        square: left and right in turn, at the limit.
+    """
+    rng, every = np.random.default_rng(seed), round(BASE.dt / FINE)
+    x = y = yaw = speed = turn = 0.0
+    states, told = [], []
+    for row in range(rows):
+        if row % 30 == 0:
+            steer = 0.4 * (-1.0) ** (row // 30) if square else rng.uniform(-0.35, 0.35)
+        if row % 75 == 0:
+            wanted = rng.uniform(0.5, 2.0)
+        aside = yaw - slip * speed * turn
+        states.append([x, y, yaw, speed * np.cos(aside), speed * np.sin(aside), turn])
+        told.append([sign * steer, wanted])
+        for _ in range(every):
+            speed += FINE / 0.1 * (wanted - speed)
+            turn += FINE / LAG * (speed * np.tan(steer) / WHEELBASE - turn)
+            yaw += FINE * turn
+            aside = yaw - slip * speed * turn
+            x, y = x + FINE * speed * np.cos(aside), y + FINE * speed * np.sin(aside)
+    noisy = np.array(states) + rng.normal(size=(rows, 6)) * [0.002, 0.002, 0.009, 0.03, 0.03, 0.02]
+    turned = [np.sin(noisy[:, 2]), np.cos(noisy[:, 2])]
+    state = np.column_stack([noisy[:, :2], *turned, noisy[:, 3:]])
+    return Trajectory.from_arrays(state, np.array(told), BASE.layouts, dt=BASE.dt)
+
+
+def test_a_heading_that_turns_by_its_rate_is_not_moved() -> None:
+    """An axle that slips moves as if the heading were early; where it is late, it comes together with its rate."""
+    slipping = Dataset(driven(seed, slip=0.04) for seed in range(4))
+    balances, moved = Balances.of(BASE, slipping), of_all(Late("heading", HEADING.columns, -3, BASE.dt), slipping)
+    as_it_is, shifted = balances.inside(slipping), balances.inside(moved)
+    assert shifted.losses.mean(0)[0] < 0.1 * as_it_is.losses.mean(0)[0]  # the path alone would have it moved
+    assert come_apart(as_it_is, shifted, 0.01)
+    assert not come_apart(shifted, as_it_is, 0.01)
+    assert check(BASE, slipping).faults == ()
+
+
+@pytest.mark.parametrize("square", [False, True])
+def test_a_reversed_angle_is_not_one_of_another_turn(square: bool) -> None:
+    """14.7 times 0.4 rad are a turn less 0.4 rad, the tangent of which is that of the reversed angle."""
+    checked = check(BASE, Dataset(driven(seed, sign=-1.0, square=square) for seed in range(3)))
+    (fault,) = checked.faults
+    assert fault.evidence.startswith("steer with the wrong sign")

@@ -54,9 +54,10 @@ CASES: list[Case] = [
     (Q, "motor_lag", {"value": 0.07}, 0.999, 0.01),
     (Q, "delay", {"value": 0.02}, 0.999, 0.01),
     (Q, "delay:wx_cmd", {"value": 0.06}, 0.999, 0.01),
-    # Within a period the mean of a command stands for it, and the rate loop is as fast as the period.
-    (Q, "delay", {"value": 0.01}, 0.98, 0.35),
-    (Q, "lag:wx_cmd", {"value": 0.05}, 0.999, 0.04),
+    # Within a period one number stands for a command that moves: rates end where they should, attitudes nearly.
+    (Q, "delay", {"value": 0.01}, 0.99, 0.05),
+    (Q, "lag:wx_cmd", {"value": 0.01}, 0.99, 0.05),
+    (Q, "lag:wx_cmd", {"value": 0.05}, 0.999, 0.02),
     (Q, "rate_limit:wx_cmd", {"value": 20.0}, 0.999, 0.01),
     (Q, "dead_band:wx_cmd", {"value": 0.5}, 0.999, 0.01),
     (Q, "mounting_tilt", {"roll": 0.035, "pitch": -0.02}, 0.999, 0.01),

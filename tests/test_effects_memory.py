@@ -54,8 +54,44 @@ def test_whole_delays_shift_bit_by_bit_and_hold_the_first_row(commands: Tensor) 
 
 
 def test_fractions_of_a_period_are_blended(commands: Tensor) -> None:
-    late = effect("delay", CRAZYFLIE).filter(commands, DT, {"value": 1.25 * DT})
-    torch.testing.assert_close(late[2:], 0.75 * commands[1:-1] + 0.25 * commands[:-2])
+    late = effect("delay:thrust", CRAZYFLIE).filter(commands, DT, {"value": 1.25 * DT})
+    torch.testing.assert_close(late[2:, 0], 0.75 * commands[1:-1, 0] + 0.25 * commands[:-2, 0])
+
+
+FINE = 2000  # parts of a period
+
+
+def end_of_periods(gain: float, moving: np.ndarray) -> np.ndarray:
+    """Where a loop ẋ = K (u - x) stands after each period, whose command moves within it ``# (periods, parts)``."""
+    rates, rate = [], 0.0
+    for period in moving:
+        for command in period:
+            rate = command + (rate - command) * math.exp(-gain * DT / FINE)
+        rates.append(rate)
+    return np.array(rates)
+
+
+@pytest.mark.parametrize(("key", "value"), [("delay", 0.25), ("delay", 1.6), ("lag", 0.3), ("lag", 2.0)])
+@pytest.mark.parametrize("axis", ["x", "z"])
+def test_behind_a_rate_loop_a_period_ends_where_the_moving_command_leads(
+    key: str, value: float, axis: str, commands: Tensor
+) -> None:
+    """The command moves within the period, and the loop is integrated in small steps; the filter gives one number."""
+    found, gain = effect(f"{key}:w{axis}_cmd", CRAZYFLIE), CRAZYFLIE.numbers[f"k{axis}"]
+    column, time = CRAZYFLIE.layouts.action.index(f"w{axis}_cmd"), value * DT
+    sent = commands[:, column].numpy()
+    at = (np.arange(len(sent) * FINE) + 0.5) / FINE
+    if key == "delay":
+        acting = sent[np.clip(np.floor(at - value).astype(int), 0, None)]
+    else:
+        acting, now = np.empty(len(at)), sent[0]
+        for place, row in enumerate(np.floor(at).astype(int)):
+            now = acting[place] = sent[row] + (now - sent[row]) * math.exp(-DT / FINE / time)
+    filtered = found.filter(commands, DT, {"value": time})[:, column].numpy()
+    ends = [
+        end_of_periods(gain, moving) for moving in (acting.reshape(-1, FINE), np.repeat(filtered[:, None], FINE, 1))
+    ]
+    np.testing.assert_allclose(ends[1], ends[0], atol=5e-3)
 
 
 def test_a_batch_of_values_gives_what_they_give_one_by_one(commands: Tensor) -> None:
@@ -71,11 +107,11 @@ def test_a_batch_of_values_gives_what_they_give_one_by_one(commands: Tensor) -> 
 def test_a_lag_is_the_mean_of_a_first_order_response() -> None:
     step, time = torch.zeros(12, 4, dtype=torch.float64), 0.05
     step[2:] = 1.0
-    lagging = effect("lag", CRAZYFLIE).filter(step, DT, {"value": time})
+    lagging = effect("lag:thrust", CRAZYFLIE).filter(step, DT, {"value": time})
     fine = np.linspace(0, 10 * DT, 100001)
     response = 1 - np.exp(-fine / time)
     means = [response[(fine >= k * DT) & (fine <= (k + 1) * DT)].mean() for k in range(10)]
-    np.testing.assert_allclose(lagging[2:, 2], means, atol=1e-4)
+    np.testing.assert_allclose(lagging[2:, 0], means, atol=1e-4)
 
 
 def test_a_rate_limit_ramps_then_holds() -> None:

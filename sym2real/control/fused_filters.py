@@ -10,13 +10,14 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import torch
 from torch import Tensor
 
 from sym2real.effects.actuators import DEAD_BAND, DELAY, LAG, RATE_LIMIT
 from sym2real.effects.bound import Effect
 from sym2real.effects.commands import LIMIT
 from sym2real.effects.filters import FilterState
-from sym2real.effects.memory import WHOLE
+from sym2real.effects.memory import WHOLE, lag_share, older_share
 from sym2real.errors import ModelError
 from sym2real.trajectory import Array
 
@@ -31,14 +32,14 @@ class Stage:
     Args:
         columns: positions of the actions that go through it.
         rows: how many earlier rows it remembers.
-        rule: of a step, on one remembered row; None for the ring of a delay.
-        part: of a delay, of a period beyond whole ones.
+        rules: of a step of each, on one remembered row; none for the ring of a delay.
+        older: of a delay, each one's share of the older of two rows.
     """
 
     columns: tuple[int, ...]
     rows: int = 1
-    rule: Rule | None = None
-    part: float = 0.0
+    rules: tuple[Rule, ...] = ()
+    older: tuple[float, ...] = ()
 
     @property
     def size(self) -> int:
@@ -71,7 +72,7 @@ class FilterLines:
         """Declarations ahead of the horizon: memories."""
         lines, offset = [], 0
         for i, stage in enumerate(self.stages):
-            lines.append(f"v memory_{i}[{stage.size + (len(stage.columns) if stage.rule is None else 0)}];")
+            lines.append(f"v memory_{i}[{stage.size + len(stage.older)}];")
             lines.append(f"for (int i = 0; i < {stage.size}; i++)")
             lines.append(f"    memory_{i}[i] = splat(p->begun ? p->memory[{offset} + i] : R(0.0));")
             offset += stage.size
@@ -84,10 +85,10 @@ class FilterLines:
         for i, stage in enumerate(self.stages):
             for place, column in enumerate(stage.columns):
                 row, out, memory = names[column], f"filtered_{i}_{column}", f"memory_{i}[{place}]"
-                if stage.rule is None:
-                    body = _delayed(i, stage, place, row, out)
+                if stage.rules:
+                    body = [f"if (h == 0 && !p->begun) {memory} = {row};", *stage.rules[place](memory, row, out)]
                 else:
-                    body = [f"if (h == 0 && !p->begun) {memory} = {row};", *stage.rule(memory, row, out)]
+                    body = _delayed(i, stage, place, row, out)
                 lines += [f"v {out};", "{", *(f"    {line}" for line in body), "}"]
                 names[column] = out
         return [*lines, *(f"const v x_{action} = {name};" for action, name in zip(self.actions, names, strict=True))]
@@ -100,17 +101,25 @@ def memory_of(filters: FilterState) -> Array:
 
 def _stage(effect: Effect, values: Mapping[str, Tensor | float], dt: float) -> Stage:
     name, columns, given = effect.of.name, tuple(effect.filtered_columns), {k: float(v) for k, v in values.items()}
+    gains = effect.body.loop_gains
     if name == DELAY.name:
         whole, part = _periods(given["value"], dt)
-        return Stage(columns, whole + 1, part=part)
+        return Stage(columns, whole + 1, older=tuple(_number(older_share, part, gain, dt) for gain in gains))
+    if name == LAG.name:
+        return Stage(columns, rules=tuple(_lag(given["value"], gain, dt) for gain in gains))
     if name == DEAD_BAND.name:
-        return Stage(columns, rule=(_rest if effect.body.unit == "m/s" else _play)(given["value"]))
-    if name == LIMIT.name:
-        ends = max(given["lower"], -given["magnitude"]), min(given["upper"], given["magnitude"])
-        return Stage(columns, rule=_limit(*ends))
-    if name in RULES:
-        return Stage(columns, rule=RULES[name](given["value"], dt))
-    raise ModelError(f"{name} has no fused form")
+        rule = (_rest if effect.body.unit == "m/s" else _play)(given["value"])
+    elif name == LIMIT.name:
+        rule = _limit(max(given["lower"], -given["magnitude"]), min(given["upper"], given["magnitude"]))
+    elif name == RATE_LIMIT.name:
+        rule = _rate(given["value"], dt)
+    else:
+        raise ModelError(f"{name} has no fused form")
+    return Stage(columns, rules=(rule,) * len(columns))
+
+
+def _number(share: Callable[[Tensor, Tensor, float], Tensor], value: float, gain: float, dt: float) -> float:
+    return float(share(torch.tensor(value, dtype=torch.float64), torch.tensor(gain, dtype=torch.float64), dt))
 
 
 def _periods(value: float, dt: float) -> tuple[int, float]:
@@ -122,7 +131,7 @@ def _periods(value: float, dt: float) -> tuple[int, float]:
 
 def _delayed(number: int, stage: Stage, place: int, row: str, out: str) -> list[str]:
     """A ring of the last rows; the two around the delay are blended."""
-    ring, width, part = stage.rows + 1, len(stage.columns), stage.part
+    ring, width, part = stage.rows + 1, len(stage.columns), stage.older[place]
 
     def at(step: str) -> str:
         return f"memory_{number}[({step}) % {ring} * {width} + {place}]"
@@ -135,9 +144,8 @@ def _delayed(number: int, stage: Stage, place: int, row: str, out: str) -> list[
     ]
 
 
-def _lag(value: float, dt: float) -> Rule:
-    left = math.exp(-dt / value) if value > 0.0 else 0.0
-    mean = value / dt * (1.0 - left)
+def _lag(value: float, gain: float, dt: float) -> Rule:
+    left, mean = math.exp(-dt / value) if value > 0.0 else 0.0, _number(lag_share, value, gain, dt)
     return lambda memory, row, out: [
         f"const v away = {memory} - {row};",
         f"{out} = away * R({mean!r}) + {row};",
@@ -172,6 +180,3 @@ def _rest(value: float) -> Rule:
 def _limit(lower: float, upper: float) -> Rule:
     low, high = f"splat(R({lower!r}))", f"splat(R({upper!r}))"
     return lambda memory, row, out: [f"{out} = maximum(minimum({row}, {high}), {low});"]
-
-
-RULES = {LAG.name: _lag, RATE_LIMIT.name: _rate}

@@ -163,6 +163,15 @@ class Body:
             raise ModelError(f"this effect needs the robot's number {name!r}; the equations carry {known}")
         return self.numbers[name]
 
+    @property
+    def loop_gains(self) -> tuple[float, ...]:
+        """Gain in 1/s of the rate loop behind the bound action column, or behind each of all; 0 where there is none.
+
+        A speed loop counts as none: what its mean moves, the position, is measured better than the speed it ends at.
+        """
+        known = {f"w{axis}_cmd": self.numbers.get(f"k{axis}", 0.0) for axis in "xyz"}
+        return tuple(known.get(self.layouts.action.columns[place], 0.0) for place in self.action_indices())
+
     def action_indices(self) -> list[int]:
         """Positions of the bound action column, or of all of them."""
         action = self.layouts.action

@@ -1,7 +1,9 @@
 """Effects with memory as recursions over a series of commands or measurements.
 
-A row of commands is held for one period, so what reaches the robot is averaged over the period: a lag or delay of
-zero is then the identity, with a derivative that is not zero (an exact lag's response at the period's end has none).
+A row of commands is held for one period, and what reaches the robot in it is one number as well: the held command with
+which a loop ẋ = K (u - x) behind it ends the period where it does with the one that moves. It is the mean over the
+period with weights that fall by e^(-K t) into the past; of an integrator, K = 0, the plain mean. A lag or delay of zero
+is then the identity, with a derivative that is not zero.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -19,6 +21,7 @@ Begin = Callable[[Tensor, float, Given], Tensor]
 Run = Callable[[Tensor, Tensor, float, Given], tuple[Tensor, Tensor]]
 # Periods by which a delay may miss a whole number of them: in single precision 0.04 s are less than two of 0.02 s.
 WHOLE = 1e-6
+SMALL = 1e-3  # of what a quotient's limit is taken for; its square is lost in single precision
 LONGEST_DELAY = 60.0  # s; every row that is still under way is kept, so that a delay without end fills the memory
 
 
@@ -66,8 +69,46 @@ def replaced(rows: Tensor, columns: Sequence[int], output: Tensor) -> Tensor:
     return result
 
 
-def shift() -> Memory:
-    """a(t - ``value``): whole rows by look-up, fractions of a row blended."""
+def _mean_kept(x: Tensor) -> Tensor:
+    """(1 - e^-x)/x, also of zero: the mean over a period of what a loop keeps, x its gain times the period."""
+    small = x.abs() < SMALL
+    return torch.where(small, 1.0 - 0.5 * x, -torch.expm1(-x) / torch.where(small, torch.ones_like(x), x))
+
+
+def older_share(part: Tensor, gain: Tensor, dt: float) -> Tensor:
+    """Weight of the older of two commands that a loop is given for the first ``part`` of a period, and its rest.
+
+    Args:
+        part: of the period.
+        gain: of the loop, 1/s; 0 of an integrator.
+        dt: period in s.
+    """
+    x = gain * dt
+    return torch.exp(-x * (1.0 - part)) * part * _mean_kept(x * part) / _mean_kept(x)
+
+
+def lag_share(time: Tensor, gain: Tensor, dt: float) -> Tensor:
+    """Weight, of a command that fades by e^(-t/τ) over a period, of what it is at its beginning.
+
+    Args:
+        time: τ in s.
+        gain: of the loop behind, 1/s; 0 of an integrator.
+        dt: period in s.
+    """
+    x, fading = gain * dt, dt / time
+    apart, left = x - fading, torch.exp(-fading)
+    close = apart.abs() < SMALL
+    faded = (left - torch.exp(-x)) / torch.where(close, torch.ones_like(apart), apart)
+    return torch.where(close, left * (1.0 - 0.5 * apart), faded) / _mean_kept(x)
+
+
+def _like(gains: Sequence[float], rows: Tensor) -> Tensor:
+    """Gains of the loops behind the columns ``# (C,)``; zeros where none are given."""
+    return torch.tensor(gains or [0.0], dtype=rows.dtype, device=rows.device)
+
+
+def shift(gains: Sequence[float] = ()) -> Memory:
+    """a(t - ``value``): whole rows by look-up, fractions of a row blended as :func:`older_share` says."""
 
     def depth(dt: float, values: Given) -> int:
         longest = float(values["value"].max())
@@ -89,7 +130,7 @@ def shift() -> Memory:
         position = before + torch.arange(steps, device=rows.device) - full[..., None].long()  # (..., T)
         position = position.expand(*batch, steps)
         ends = before + steps - 1
-        part = (late - full)[..., None, None]
+        part = older_share((late - full)[..., None, None], _like(gains, rows), dt)
         newer, older = (
             torch.gather(whole, -2, place.clamp(0, ends)[..., None].expand(*batch, steps, rows.shape[-1]))
             for place in (position, position - 1)
@@ -103,8 +144,7 @@ def shift() -> Memory:
 
 def kept(time: Tensor, dt: float) -> tuple[Tensor, Tensor]:
     """Of a first-order filter's distance: what is left after dt, and its mean over dt."""
-    left = torch.exp(-dt / time)
-    return left, time / dt * (1 - left)
+    return torch.exp(-dt / time), lag_share(time, torch.zeros_like(time), dt)
 
 
 def _faded(rows: Tensor, left: Tensor) -> Tensor:
@@ -119,14 +159,15 @@ def _faded(rows: Tensor, left: Tensor) -> Tensor:
     return rows
 
 
-def lag() -> Memory:
-    """First-order lag of a held command: its mean over the period.
+def lag(gains: Sequence[float] = ()) -> Memory:
+    """First-order lag of a held command: its mean over the period, as :func:`lag_share` says.
 
     The distance d of the memory from the command obeys d' = left·d + a - a'.
     """
 
     def run(memory: Tensor, rows: Tensor, dt: float, values: Given) -> tuple[Tensor, Tensor]:
-        left, mean = (factor[..., None, :] for factor in kept(values["value"], dt))
+        time = values["value"][..., None, :]
+        left, mean = torch.exp(-dt / time), lag_share(time, _like(gains, rows), dt)
         batch = np.broadcast_shapes(memory.shape[:-1], rows.shape[:-2], left.shape[:-2])
         rows = rows.expand(*batch, *rows.shape[-2:])
         first = (memory - rows[..., 0, :]).expand(*batch, rows.shape[-1])

@@ -18,7 +18,8 @@ V₀ is where the thrust map holds: the number ``full_battery`` of the equations
 
 ``rotor_loss``. One rotor gives less: (1 - ℓ) of its thrust, and the torques that follow.
 
-``ground_effect``. More thrust near the ground: T (1 + g e^(-z/0.07 m)).
+``ground_effect``. More thrust near the ground: T (1 + g e^(-z/h)), h 0.07 m of a Crazyflie, and of another robot as
+many times that as it is larger, by the cube root of its mass.
 """
 
 from functools import partial
@@ -302,25 +303,35 @@ ROTOR_LOSS = _of_rotorcraft(
 )
 
 
-REACH = 0.07  # m
+CRAZYFLIE_MASS = 0.027  # kg
+
+
+def _reach(body: Body) -> float:
+    """Height in m at which it has fallen to 1/e."""
+    larger: float = (body.numbers.get("mass", CRAZYFLIE_MASS) / CRAZYFLIE_MASS) ** (1.0 / 3.0)
+    return 0.07 * larger
 
 
 def _lift(data: Any, body: Body, values: Numbers) -> None:
     height = float(data.qpos[2])
-    truth.scale_thrust(data, 1.0 + values["value"] * float(np.exp(-height / 0.07)))
+    truth.scale_thrust(data, 1.0 + values["value"] * float(np.exp(-height / _reach(body))))
+
+
+def _ground_effect_substitute(equations: Equations, values: Values, body: Body) -> Equations:
+    return scaled(equations, 1 + values["value"] * exp(-symbol("z") / _reach(body)))
 
 
 GROUND_EFFECT = _of_rotorcraft(
     name="ground_effect",
     stage="thrust",
     parameters=of_any_body(Parameter("value", "1", null=0.0, low=0.0, high=2.0, scale=0.2)),
-    formula=r"T \to T\,(1 + g\,e^{-z / 0.07\,\mathrm{m}})",
+    formula=r"T \to T\,(1 + g\,e^{-z / h})",
     summary="Close to the ground the rotors' own air lifts the robot.",
     confused_with="less mass or more thrust at one height; trim of the thrust that differs from flight to flight",
-    shown_by="at least three low flights whose height moves between 0.05 and 0.3 m",
+    shown_by="at least three low flights whose height moves within four times the robot's size",
     fix="fly higher than three rotor diameters, or keep the term in the model",
     inject=truth.pushing(_lift),
-    substitute=lambda equations, values, body: scaled(equations, 1 + values["value"] * exp(-symbol("z") / REACH)),
+    substitute=_ground_effect_substitute,
     needs=("thrust", "z"),
     searching=Searching(shown_in=lambda _: (Shown.LOW,)),
 )

@@ -113,6 +113,13 @@ def test_vicon(tmp_path: Path) -> None:
     assert log.column("steer")[5] == pytest.approx(np.radians(10.0))
 
 
+def test_an_inspection_knows_the_words_of_vicon(tmp_path: Path) -> None:
+    path, _ = captured(tmp_path, VICON, np.random.default_rng(0).normal(size=(60, 8)), np.zeros((60, 2)))
+    proposed = inspect_logs(path).spec
+    assert (proposed.attitude.euler, proposed.attitude.unit) == (("RX.deg", "RY.deg", "RZ.deg"), "deg")
+    assert (proposed.columns["x"].column, proposed.columns["x"].unit) == ("TX.mm", "mm")
+
+
 def test_two_bodies_are_told_apart_by_the_lines_above(tmp_path: Path) -> None:
     """Vicon names a body above the first of its columns; an error names the line of the file."""
     head = "Objects\n100\n,,one:one,,,two:two,,\nFrame,Sub Frame,TX,TY,TZ,TX,TY,TZ\n,,mm,mm,mm,mm,mm,mm\n"

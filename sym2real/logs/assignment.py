@@ -26,7 +26,7 @@ WHOLE = ({*"wxyz"}, {*UPRIGHT}, {*"0123"}, {*"1234"})  # what a quaternion's com
 XYZ = ("x", "y", "z")
 LETTERS = {
     ("north", "east", "down"): XYZ, ("n", "e", "d"): XYZ, ("east", "north", "up"): XYZ, ("e", "n", "u"): XYZ,
-    ("u", "v", "w"): ("vx", "vy", "vz"), ("p", "q", "r"): ("wx", "wy", "wz"),
+    ("u", "v", "w"): ("vx", "vy", "vz"), ("p", "q", "r"): ("wx", "wy", "wz"), ("rx", "ry", "rz"): ANGLES,
 }  # fmt: skip
 LEVEL = dict.fromkeys((("east", "north"), ("easting", "northing"), ("e", "n")), XYZ[:2])
 # A heading as this package writes it, the measured one and where it should be.
@@ -114,7 +114,7 @@ def _compass(names: Sequence[str]) -> dict[str, Named]:
     written = {name.lower(): name for name in names}  # ArduPilot's PN, PE, PD
     level = not any(re.search(r"up|down", name, re.IGNORECASE) for name in names)
     for axes, standard in (LETTERS | (LEVEL if level else {})).items():
-        first = re.compile(rf"{axes[0]}(?=((_[a-z]+)*| *[\[(].*)$)", re.IGNORECASE)
+        first = re.compile(rf"{axes[0]}(?=(([._][a-z/]+)*| *[\[(].*)$)", re.IGNORECASE)
         parted = [(text[: at.start()], text[at.end() :]) for text in names for at in first.finditer(text)]
         for head, tail in parted:
             alike = [written.get(f"{head}{axis}{tail}".lower(), "") for axis in axes]

@@ -32,8 +32,7 @@ from sym2real.vocabulary import ATTITUDE, HEADING, POSITION, VELOCITY
 
 STRETCH, FEWEST_ROWS = 0.4, 4  # s; rows
 SHIFTED = 6  # rows by which columns may be late or early: at the ends of a log nobody knows what they held there
-TURN = "turn about"
-TURNED = f"{TURN} {{}} by its rate"
+TURNED = "turn about {} by its rate"
 LEVEL = 2  # the first components of a world vector lie level, whichever way its axes are turned
 
 

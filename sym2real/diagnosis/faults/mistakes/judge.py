@@ -10,7 +10,7 @@ from scipy.stats import wilcoxon
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.preparation import present
 from sym2real.diagnosis.faults.fault import Breach
-from sym2real.diagnosis.faults.mistakes.balance import SHIFTED, TURN, Balance, Balances, without_arm, without_drag
+from sym2real.diagnosis.faults.mistakes.balance import SHIFTED, Balance, Balances, without_arm, without_drag
 from sym2real.diagnosis.faults.mistakes.listed import mimics, transformations
 from sym2real.diagnosis.faults.mistakes.lost_commands import step_likelihood
 from sym2real.diagnosis.faults.mistakes.transformation import Exchanged, Late, Transformation, Turned, of_all
@@ -114,8 +114,6 @@ def _judged(balances: Balances, now: Balance, transformation: Transformation, da
         clear &= better > SETTINGS.worth_saying * does
     if isinstance(transformation, Late | Turned):
         clear &= without_arm(now) > SETTINGS.far * new
-    if isinstance(transformation, Late) and come_apart(now, then, SETTINGS.false_alarms_of_each(tried)):
-        return None
     for other in mimics(transformation, data.layouts.action.columns):
         mimicked = balances.inside(of_all(other, data)).losses.mean(0)
         clear &= (mimicked > SETTINGS.far * new) & (_in_all(mimicked) > _in_all(new))
@@ -129,14 +127,6 @@ def _judged(balances: Balances, now: Balance, transformation: Transformation, da
 def _in_all(losses: Array) -> float:
     """How badly all quantities ``# (q,)`` are predicted: minus their log-likelihood, each of a variance of its own."""
     return float(np.log(np.maximum(losses, ROUNDING)).sum())
-
-
-def come_apart(now: Balance, then: Balance, chance: float) -> bool:
-    """Whether what is measured twice, which no model has to say, agrees far less once columns are moved."""
-    twice = [place for place, name in enumerate(now.names) if name.startswith(TURN)]
-    old, new = now.losses.mean(0), then.losses.mean(0)
-    worse = (place for place in twice if new[place] > SETTINGS.unit_near * old[place])
-    return any(_chance(then.missed(place), now.missed(place)) < chance for place in worse)
 
 
 def _chance(before: Array, after: Array) -> float:

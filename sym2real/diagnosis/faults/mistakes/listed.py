@@ -26,7 +26,7 @@ from sym2real.trajectory import Array
 from sym2real.vocabulary import ATTITUDE, HEADING, POSITION, RATE_COMMAND
 
 TILTED = ("level velocity", "attitude about x", "attitude about y")  # what roll and pitch change
-SHIFTS = range(2, SHIFTED + 1)  # rows; honest sensors are up to one behind
+SHIFTS = range(2, SHIFTED + 1)  # rows; honest sensors are up to one behind, and none reports what is still to come
 
 
 def transformations(data: Dataset, balance: Balance) -> Iterator[Transformation]:
@@ -50,7 +50,7 @@ def transformations(data: Dataset, balance: Balance) -> Iterator[Transformation]
     yield from _of_attitudes(data, balance)
     yield from _of_joints(data, balance)
     for sensor in data.layouts.state.fields:
-        yield from (Late(sensor.name, sensor.columns, sign * rows, data.dt) for rows in SHIFTS for sign in (1, -1))
+        yield from (Late(sensor.name, sensor.columns, rows, data.dt) for rows in SHIFTS)
 
 
 def mimics(transformation: Transformation, commands: Sequence[str]) -> Iterator[Transformation]:

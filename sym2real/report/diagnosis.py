@@ -176,10 +176,10 @@ def findings_list(findings: Sequence[Finding]) -> Table:
 def known_of(finding: Finding) -> list[tuple[str, str]]:
     """What is known of a finding beside its values: label and text."""
     facts = []
-    if finding.probability is not None:
-        others = "none, or another effect, in its place"
-        facts.append(("probability", f"{100 * finding.probability:.0f} % against {others}"))
     rivals = [rival for rival in finding.group if rival != finding.effect]
+    if finding.probability is not None:
+        others = "none, or another effect, in its place" + (" but those below" if rivals else "")
+        facts.append(("probability", f"{100 * finding.probability:.0f} % against {others}"))
     if rivals:
         near = "as good here, or worse by less than 1 % of the misfit, as a form that is a little wrong may be"
         facts.append(("or", f"{', '.join(rivals)}: {near}"))

@@ -33,7 +33,7 @@ from sym2real.effects.sensors import Sensors
 from sym2real.errors import ShapeError
 from sym2real.logs.agreement import agreements
 from sym2real.logs.differences import rates_on_time
-from sym2real.logs.dropouts import is_unasked
+from sym2real.logs.dropouts import CUT, is_unasked
 from sym2real.logs.sources import AsRead
 from sym2real.plants import MujocoPlant
 from sym2real.robots.own import robot_of
@@ -99,12 +99,22 @@ def _checked(model: Equations | None, logs: tuple[Trajectory, ...]) -> Checked:
     data = rates_on_time(data if sensors is None else through(sensors.measured, data))
     data = with_one_clock(data if model is None else with_lost_commands(model, data))
     notes = (
-        *(f"{log.name}: {note}" for log in data for note in log.notes if is_unasked(note)),  # what was lost in reading
+        *lost_in_reading(data),
         *slow_said(model, data),
         *(line for name, command in excitation(list(data)).items() for line in command.limits_said(name)),
         *exactness(sum(exact(log) for log in data), len(data)),
     )
     return Checked(data, tuple(found), notes, any(log.between is not None for log in data))
+
+
+def lost_in_reading(data: Dataset) -> list[str]:
+    """What is missing from logs, or was changed though nobody asked; cuts are one line."""
+    lines = [f"{log.name}: {note}" for log in data for note in log.notes if is_unasked(note)]
+    cut = [line for line in lines if CUT in line]
+    if not cut[1:]:
+        return lines
+    whole = f"{len(cut)} pieces of logs, {cut[0].partition(':')[0]} and so on: {CUT}"
+    return [*(line for line in lines if line not in cut), whole]
 
 
 def looks_for(model: Equations | None) -> tuple[tuple[Look, ...], ...]:

@@ -134,6 +134,9 @@ class NominalQuadrotor(OfLogs):
 class NominalCar(OfLogs):
     """Kinematic bicycle of a front-steered car: no simulator, no regression.
 
+    Its position and velocity are those of the middle of the rear axle. A command acts from its row to the next; a yaw
+    rate is that at the row. What --time-constant and --wheelbase should have been, diagnose says (speed_loop, wheelbase).
+
     For example:
       sym2real nominal car --wheelbase 0.2955 --out runs/bicycle
       sym2real nominal car --wheelbase 0.2955 --log drive1.csv drive2.csv --spec drive.toml --out runs/bicycle
@@ -148,7 +151,7 @@ class NominalCar(OfLogs):
     command: CarCommand = CAR_COMMANDS[0]
     """What is commanded beside the steering: a speed in m/s, or an acceleration along the heading in m/s²."""
     time_constant: NotNegative = 0.0
-    """Of the speed loop in s; 0 reaches the commanded speed at once."""
+    """Of the speed loop in s; 0 reaches the commanded speed at once, and diagnose finds no other one then."""
     mass: Positive = 3.5
     """Mass in kg, for external forces."""
     dt: OptionalPositive = None

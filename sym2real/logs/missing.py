@@ -53,10 +53,10 @@ def require_columns(file: str | Path, standard: Collection[str], others: Collect
     raise DataError(file, f"columns of the model: {_with_units(missing, units)}", found)
 
 
-def listed(columns: Collection[str]) -> str:
-    """Names of columns for an error, the first of many."""
-    more = f" … ({len(columns)} columns)" if len(columns) > MOST_NAMED else ""
-    return ", ".join(list(columns)[:MOST_NAMED]) + more
+def listed(names: Collection[str]) -> str:
+    """Names for a sentence, the first of many."""
+    more = f" … ({len(names)} in all)" if len(names) > MOST_NAMED else ""
+    return ", ".join(list(names)[:MOST_NAMED]) + more
 
 
 def specification(file: str | Path) -> str:

@@ -34,6 +34,7 @@ from sym2real.errors import ShapeError
 from sym2real.logs.agreement import agreements
 from sym2real.logs.differences import rates_on_time
 from sym2real.logs.dropouts import CUT, is_unasked
+from sym2real.logs.missing import listed
 from sym2real.logs.sources import AsRead
 from sym2real.plants import MujocoPlant
 from sym2real.robots.own import robot_of
@@ -109,12 +110,11 @@ def _checked(model: Equations | None, logs: tuple[Trajectory, ...]) -> Checked:
 
 def lost_in_reading(data: Dataset) -> list[str]:
     """What is missing from logs, or was changed though nobody asked; cuts are one line."""
+    cut = [log.name for log in data if any(note.startswith(CUT) for note in log.notes)]
     lines = [f"{log.name}: {note}" for log in data for note in log.notes if is_unasked(note)]
-    cut = [line for line in lines if CUT in line]
     if not cut[1:]:
         return lines
-    whole = f"{len(cut)} pieces of logs, {cut[0].partition(':')[0]} and so on: {CUT}"
-    return [*(line for line in lines if line not in cut), whole]
+    return [*(line for line in lines if CUT not in line), f"{listed(cut)}: {CUT}"]
 
 
 def looks_for(model: Equations | None) -> tuple[tuple[Look, ...], ...]:

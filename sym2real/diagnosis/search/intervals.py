@@ -46,7 +46,9 @@ class Estimate:
         half, unit = (self.high - self.low) / 2, "" if self.unit == "1" else self.unit
         if not 0.0 < half < math.inf:
             return self.said
-        if abs(self.value - self.low - half) > SETTINGS.same * half:  # the logs say nothing: it may be all that it can be
+        if (
+            abs(self.value - self.low - half) > SETTINGS.same * half
+        ):  # the logs say nothing: it may be all that it can be
             return f"undetermined, {self.low:.3g} … {self.high:.3g} {unit}".rstrip()
         places = max(0, 1 - math.floor(math.log10(half)))
         return f"{self.value:.{places}f} ± {half:.{places}f} {unit}".rstrip()

@@ -135,7 +135,7 @@ class NominalCar(OfLogs):
     """Kinematic bicycle of a front-steered car: no simulator, no regression.
 
     Its position and velocity are those of the middle of the rear axle. A command acts from its row to the next; a yaw
-    rate is that at the row. What --time-constant and --wheelbase should have been, diagnose says: speed_loop, wheelbase.
+    rate is that at the row. Of a wrong --time-constant or --wheelbase diagnose finds speed_loop, wheelbase.
 
     For example:
       sym2real nominal car --wheelbase 0.2955 --out runs/bicycle

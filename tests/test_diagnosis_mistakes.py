@@ -370,3 +370,10 @@ def test_a_yaw_rate_that_overshoots_as_the_steering_goes_over_is_no_spike() -> N
     (jump,) = bad_rows(Dataset([replace(log, state=state)]))
     assert jump.columns == ("wz",)
     assert np.flatnonzero(jump.rows[0]).tolist() == [100, 101]
+
+
+def test_of_commands_those_alone_are_late_that_are() -> None:
+    written_late = of_all(Late("commands", ("steer",), -2, ROBOTS["mushr"].dt), healthy("mushr"))
+    (breach,) = mistakes(ROBOTS["mushr"].nominal(), written_late)
+    assert isinstance(breach.transformation, Late)
+    assert (breach.transformation.columns, breach.transformation.rows) == (("steer",), 2)

@@ -78,10 +78,23 @@ def _late_commands(balances: Balances, data: Dataset) -> Breach | None:
     beside = max(value for late, value in zip(tried, likely, strict=True) if late.rows <= 0)
     if not np.exp(2.0 * (beside - likely[best]) / sum(map(len, data))) < SETTINGS.mostly:  # or no number
         return None
-    old, new = (balances(logs).losses.mean(0) for logs in (data, of_all(tried[best], data)))
+    late = _those_late(balances.model, data, tried[best], likely[best])
+    old, new = (balances(logs).losses.mean(0) for logs in (data, of_all(late, data)))
     most = int(np.argmax(old - new))
     shown = _said(balances(data).names[most], old[most], new[most])
-    return Breach(tried[best], shown) if new[most] < SETTINGS.mostly else None
+    return Breach(late, shown) if new[most] < SETTINGS.mostly else None
+
+
+def _those_late(model: Equations, data: Dataset, late: Late, likelihood: float) -> Late:
+    """Without the commands that are on time: beyond chance, errors are smaller where they stay."""
+    while len(late.columns) > 1:
+        fewer = [replace(late, columns=tuple(n for n in late.columns if n != name)) for name in late.columns]
+        likely = [step_likelihood(model, of_all(one, data)) for one in fewer]
+        best = int(np.argmax(likely))
+        if likely[best] - likelihood < SETTINGS.sensor_deviations**2:
+            break
+        late, likelihood = fewer[best], likely[best]
+    return late
 
 
 def _said(quantity: str, before: float, after: float) -> str:

@@ -82,3 +82,6 @@ def read_fields(entries: Sequence[Mapping[str, Any]]) -> tuple[Field, ...]:
         if name not in known:
             raise UnknownNameError("entry of a field", name, known)
     return msgspec.convert(entries, tuple[Field, ...])
+
+
+read_fields(())  # ahead of any thread: msgspec takes a class apart when it first meets it, no two threads at once

@@ -176,6 +176,7 @@ def test_the_interval_of_a_delay_holds_it_where_commands_change_within_steps() -
         (Estimate(123.4, 111.4, 135.4, "m/s"), "123 ± 12 m/s"),
         (Estimate(1.02, 0.97, 1.07, "1"), "1.020 ± 0.050"),
         (Estimate(0.5, -np.inf, np.inf, "N"), "0.5 N"),
+        (Estimate(0.0, 0.0, 15.0, "N", determined=False), "undetermined"),
         (Estimate(0.5, 0.5, 0.5, "N"), "0.5 N"),
     ],
 )

@@ -9,6 +9,7 @@ import pytest
 from effects_cases import CASES, nominal, one_key_per_kind
 from paper_robots import PAPER_ROBOTS
 
+from sym2real.diagnosis import add
 from sym2real.effects import EFFECTS, GROUPS, applicable, effect, equivalents, same_group
 from sym2real.effects.catalogue import always_alike, known, require_patterns
 from sym2real.errors import ModelError, UnknownNameError
@@ -267,3 +268,14 @@ def test_a_mass_reaches_as_far_as_the_thrust_gains_that_it_stands_for() -> None:
     needed = [CRAZYFLIE.mass * (1.0 / value - 1.0) for value in (gain.high, gain.low)]
     assert mass.low <= needed[0] + 1e-9
     assert mass.high >= needed[1] - 1e-9
+
+
+@pytest.mark.parametrize("mass", [0.027, 0.9])
+def test_ground_effect_reaches_as_high_as_a_robot_is_large(mass: float) -> None:
+    """At h the thrust is 1/e of the gain larger; h goes by the robot's length, the cube root of its mass."""
+    lifted = add(quadrotor(mass), "ground_effect", {"value": 0.5})
+    height = 0.07 * (mass / 0.027) ** (1 / 3)
+    state = dict.fromkeys(lifted.layouts.state, 0.0) | {"qw": 1.0, "z": height}
+    after = lifted.predict([*state.values()], [mass * 9.81, 0.0, 0.0, 0.0])
+    gained = float(after[lifted.layouts.state.index("vz")]) / lifted.dt
+    assert gained == pytest.approx(9.81 * 0.5 / np.e, rel=1e-6)

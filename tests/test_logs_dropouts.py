@@ -171,7 +171,7 @@ def test_inspection_and_diagnosis_say_what_is_missing(tmp_path: Path) -> None:
     data = read_logs(path, NAME, model.layouts, model.dt)
     notes = " ".join(check(model, data).notes)
     assert "log#1: 31 of 829 rows left out" in notes
-    assert "log#2: cut at a gap of the stamps" in notes
+    assert "cut at a gap of the stamps: log#1 rows 2 to 301, log#2 rows 333 to 830" in notes
 
 
 def test_what_to_hold_must_be_a_column() -> None:

@@ -147,3 +147,30 @@ def test_an_inspection_sees_which_axis_is_up(y_up: bool, tmp_path: Path) -> None
     log = read_log(path, proposed)
     np.testing.assert_allclose(log.column("y"), y, atol=1e-6)
     np.testing.assert_allclose(log.column("qz"), sine, atol=1e-6)
+
+
+@pytest.mark.parametrize("robot", ["a car on a rough road", "a quadrotor in drag"])
+def test_what_pitches_and_hardly_turns_does_not_stand_along_y(robot: str, tmp_path: Path) -> None:
+    """Its tilt accelerates it little: a road's does not, and drag is as large as what a slow swing leans for."""
+    time = 0.02 * np.arange(600)
+    if robot == "a car on a rough road":
+        pitch, x, z = np.radians(4.0) * np.sin(7.0 * time), 1.2 * time, 0.05 + 0.01 * np.sin(7.0 * time)
+    else:
+        pitch, x, z = 0.1 * np.sin(0.5 * time), -1.9 * np.cos(0.5 * time), 1.0 + 0.05 * np.sin(time)
+    yaw = np.radians(1.0) * np.sin(0.3 * time)
+    level, sine, turn, cosine = np.zeros(600), np.sin(pitch / 2), np.sin(yaw / 2), np.cos(pitch / 2) * np.cos(yaw / 2)
+    rows = np.column_stack([np.arange(600), time, level, sine, turn, cosine, x, 0.1 * time, z, np.full(600, 3e-4)])
+    path, _ = captured(tmp_path, MOTIVE, rows, np.zeros((600, 2)))
+    proposed = inspect_logs(path).spec
+    assert (proposed.flip, proposed.columns["z"].column) == ((), "Position.Z")
+
+
+def test_measured_velocities_keep_an_inspection_from_turning_the_world(tmp_path: Path) -> None:
+    time = 0.02 * np.arange(400)
+    heading = 0.8 * np.sin(time)
+    x, y = (np.cumsum(0.02 * part(heading)) for part in (np.cos, np.sin))
+    columns = {"t": time, "x": x, "y": np.full(400, 0.05), "z": -y, "vx": np.cos(heading), "vz": -np.sin(heading)}
+    columns |= {"qw": np.cos(heading / 2), "qx": 1e-4 + 0 * x, "qy": np.sin(heading / 2), "qz": 0 * x}
+    found = inspect_logs(saved(tmp_path, columns))
+    assert found.spec.flip == ()
+    assert "y may be up" in {row.meaning for row in found.rows}

@@ -24,9 +24,10 @@ ANGLES = ("roll", "pitch", "yaw")
 WHOLE = ({*"wxyz"}, {*UPRIGHT}, {*"0123"}, {*"1234"})  # what a quaternion's components may be called by
 # World axes as navigation names them, north-east-down or east-north-up, and aeronautics' letters: what they stand for.
 XYZ = ("x", "y", "z")
+ROTATION = ("rx", "ry", "rz")  # Vicon's angles, beside tx, ty, tz
 LETTERS = {
     ("north", "east", "down"): XYZ, ("n", "e", "d"): XYZ, ("east", "north", "up"): XYZ, ("e", "n", "u"): XYZ,
-    ("u", "v", "w"): ("vx", "vy", "vz"), ("p", "q", "r"): ("wx", "wy", "wz"), ("rx", "ry", "rz"): ANGLES,
+    ("u", "v", "w"): ("vx", "vy", "vz"), ("p", "q", "r"): ("wx", "wy", "wz"), ROTATION: ANGLES,
 }  # fmt: skip
 LEVEL = dict.fromkeys((("east", "north"), ("easting", "northing"), ("e", "n")), XYZ[:2])
 # A heading as this package writes it, the measured one and where it should be.
@@ -119,7 +120,8 @@ def _compass(names: Sequence[str]) -> dict[str, Named]:
         for head, tail in parted:
             alike = [written.get(f"{head}{axis}{tail}".lower(), "") for axis in axes]
             meant = [read_name(f"{head}{axis}{tail}") for axis in standard]
-            if all(alike) and all(meant) and not found.keys() & {*alike}:
+            placed = axes != ROTATION or any(name.startswith(f"{head}tx".lower()) for name in written)
+            if all(alike) and all(meant) and placed and not found.keys() & {*alike}:
                 found |= {column: named for column, named in zip(alike, meant, strict=True) if named}
     return found
 

@@ -1,18 +1,13 @@
 """Strict reading of CSV files, and writing that keeps every bit of a float64."""
 
 import csv
-from collections.abc import Callable, Mapping, Sequence
-from itertools import accumulate
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from sym2real.errors import DataError
-from sym2real.logs.units import UNITS
+from sym2real.logs.csv_head import DELIMITERS, MARKS, head_of, is_number, with_points
 from sym2real.trajectory import Array
 
-# What parts cells, the likeliest last: a comma beside semicolons is a decimal one, beside tabs a letter of a name.
-DELIMITERS = (";", "\t", "|", ",")
-FIRST_ROW = 2  # the header is line 1
-ROWS = 3  # lines of numbers that are rows, where settings may stand ahead of them
 SHOWN = 60  # letters of a line in an error
 LONGEST_NAME = 200  # letters of a column's name
 
@@ -20,8 +15,7 @@ LONGEST_NAME = 200  # letters of a column's name
 def read(path: Path, header: Sequence[str] = ()) -> tuple[list[str], list[Array | Sequence[str]], int, None]:
     """Column names, cells by column, the line of the first row, and no metadata.
 
-    Commas, semicolons, tabs, bars or blanks part the cells. Where other than commas do, and no number has a point, a
-    comma is a decimal point.
+    Commas, semicolons, tabs, bars or blanks part the cells.
 
     Args:
         path: of the file.
@@ -30,16 +24,18 @@ def read(path: Path, header: Sequence[str] = ()) -> tuple[list[str], list[Array 
     Raises:
         DataError: when the file is binary, empty, has no header or one too many, or lines of unequal length.
     """
-    lines, ahead = _headed(path, _lines(path))
-    first = FIRST_ROW + ahead
-    delimiter = _delimiter(lines)
-    names = _header(path, lines[0], delimiter, named=bool(header))
-    if header:
-        _check_header(path, names, header)
-        names, lines, first = list(header), ["", *lines], first - 1
-    if delimiter not in (None, ",") and not any("." in line for line in lines[1:]):
-        lines = [lines[0], *(line.replace(",", ".") for line in lines[1:])]  # as spreadsheets write in half of Europe
-    rows = [_cells(path, line, first + i, delimiter) for i, line in enumerate(lines[1:])]
+    lines = with_points(_lines(path))
+    head = None if header else head_of(lines)
+    if head is None:
+        delimiter, ahead = _delimiter(lines), int(not header)
+        names = _header(path, lines[0], delimiter, named=bool(header))
+        if header:
+            _check_header(path, names, header)
+            names = list(header)
+    else:
+        names, delimiter, ahead = list(head.names), head.delimiter, head.lines
+    lines, first = lines[ahead:], 1 + ahead
+    rows = [_cells(path, line, first + i, delimiter) for i, line in enumerate(lines)]
     _check_lengths(path, lines, rows, len(names), first)
     cells = [list(column) for column in zip(*rows, strict=True)] if rows else [[] for _ in names]
     if rows and not names[0] and _counts(cells[0]):  # the index that pandas writes
@@ -55,66 +51,9 @@ def first_cells(path: Path) -> list[str]:
     Raises:
         DataError: as of :func:`read`.
     """
-    lines, _ = _headed(path, _lines(path))
-    return _header(path, lines[0], _delimiter(lines), named=True)
-
-
-def is_number(text: str) -> bool:
-    """Whether a cell holds a number."""
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
-
-
-def _headed(path: Path, lines: list[str]) -> tuple[list[str], int]:
-    """The lines from the header on, made one of several, and how many more there were.
-
-    Motion capture, Betaflight's Explorer and data loggers write settings ahead of the names, and these in several
-    lines: bodies, quantities, axes, units. Where the first line is no header, the names are what stands above the first
-    row: the lowest line, with as many of those above it as give each column a name of its own.
-    """
-    delimiter = _delimiter(lines[-2:])
-    width = len(_cells(path, lines[-2:][0], max(len(lines) - 1, 1), delimiter))
-    top = [[cell.strip() for cell in _cells(path, line, 1 + i, delimiter)] for i, line in enumerate(lines[:2])]
-    if _are_names(top[0], width) and not _are_units(top[-1]):
-        return lines, 0
-    rows = (
-        i for i in range(len(lines)) if all(_is_row(path, line, i, delimiter, width) for line in lines[i : i + ROWS])
-    )
-    first, names = next(rows, 0), [""] * width
-    for above in range(first - 1, -1, -1) if first > 1 else ():
-        cells = [cell.strip() for cell in _cells(path, lines[above], 1 + above, delimiter)]
-        words = _widened(cells, width, carried=any(names))
-        names = [f"{word}.{name}".strip(".") for word, name in zip(words, names, strict=True)]
-        if _are_names(names, width):
-            return [(delimiter or " ").join(names), *lines[first:]], first - 1
-    return lines, 0
-
-
-def _are_units(cells: Sequence[str]) -> bool:
-    """Whether a line has units and nothing else."""
-    return any(cells) and {*cells} <= {"", *UNITS}
-
-
-def _are_names(cells: Sequence[str], width: int) -> bool:
-    """Whether a line has so many names, all different."""
-    return len(cells) == len({*cells}) == width and not any(map(is_number, cells)) and not _are_units(cells)
-
-
-def _is_row(path: Path, line: str, above: int, delimiter: str | None, width: int) -> bool:
-    """Whether half of the cells of a line of this width, and more than one, are numbers."""
-    cells = _cells(path, line, 1 + above, delimiter)
-    numbers = sum(map(is_number, cells))
-    return len(cells) == width and numbers > 1 and 2 * numbers >= sum(map(bool, cells))
-
-
-def _widened(cells: Sequence[str], width: int, *, carried: bool) -> list[str]:
-    """So many cells of a line of names; an empty one may be carried over from the last before it."""
-    whole = [*cells, *[""] * width][:width]
-    last: Callable[[str, str], str] = lambda before, name: name or before  # noqa: E731
-    return list(accumulate(whole, last)) if carried else whole
+    lines = with_points(_lines(path))
+    head = head_of(lines)
+    return list(head.names) if head else _header(path, lines[0], _delimiter(lines), named=True)
 
 
 def _delimiter(lines: Sequence[str]) -> str | None:
@@ -158,8 +97,7 @@ def _lines(path: Path) -> list[str]:
 
 def _header(path: Path, line: str, delimiter: str | None, *, named: bool) -> list[str]:
     """Cells of the first line; ``named`` is whether they need not be names."""
-    # ROS and NumPy mark the header as a comment.
-    names = [name.strip() for name in _cells(path, line.lstrip("%# "), 1, delimiter, skip_spaces=True)]
+    names = [name.strip() for name in _cells(path, line.lstrip(MARKS), 1, delimiter, skip_spaces=True)]
     if len(names) < 2:
         raise DataError(path, "two or more columns, parted by commas", repr(line[:SHOWN]), row=1)
     if too_long := next((name for name in names if len(name) > LONGEST_NAME), ""):
@@ -186,7 +124,7 @@ def _counts(cells: Sequence[str]) -> bool:
 
 def _check_lengths(path: Path, lines: Sequence[str], rows: Sequence[list[str]], wanted: int, first: int) -> None:
     for position, cells in enumerate(rows):
-        empty = not lines[position + 1].strip()
+        empty = not lines[position].strip()
         if len(cells) != wanted or empty:
             last = " (the last line: the file may be cut off)" if position == len(rows) - 1 else ""
             found = "an empty line" if empty else f"{len(cells)} values"

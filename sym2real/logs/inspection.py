@@ -160,10 +160,12 @@ def _finished(files: tuple[Path, ...], draft: Draft, header: tuple[str, ...], wh
     comments = {key: tuple(lines) for key, lines in draft.comments.items()}
     if draft.flips:
         lines = [f"suspected: {column}: {evidence}" for column, evidence in draft.flips.items()]
-        comments["flip"] = (f"flip = {spec_text.text([*draft.reversed, *draft.flips])}", *lines)
+        instead = "in place of the line above: " if draft.reversed else ""
+        comments["flip"] = (f"{instead}flip = {spec_text.text([*draft.reversed, *draft.flips])}", *lines)
     comments[""] = (
         f"Proposed by 'sym2real inspect' from {', '.join(path.name for path in files)}.",
-        "Signs are as recorded. Lines that start with '# key =' are suspicions: take the # away to accept one.",
+        f"Signs are as recorded{', but for those in flip' if draft.reversed else ''}. "
+        "Lines that start with '# key =' are suspicions: take the # away to accept one.",
     )
     spec = draft.specification()
     if draft.waiting:

@@ -12,7 +12,7 @@ from sym2real.layout import Layouts
 FRAME = Path("data frame")  # what errors call a log that is no file
 # A name that is as close as `Motor1` to `motor1`; `x` for `vx` and `wx` for `wx_cmd` are other quantities.
 CLOSE = 0.75
-MOST_NAMED = 12  # columns of the log that the error lists
+MOST_NAMED = 12  # of a list
 # Field that only one way to command a quadrotor has → a column of it, its words, its `nominal quadrotor --interface`.
 INTERFACES = {
     "motors": ("motor1", "motors", "motors"),

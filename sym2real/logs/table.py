@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from sym2real.errors import DataError
 from sym2real.files import require_file
 from sym2real.logs import arrow_file, csv_file, parquet_file
+from sym2real.logs.csv_head import is_number
 from sym2real.logs.missing import listed
 from sym2real.logs.recordings import BY_NAMES, RECORDINGS, Recording, Said, is_bag_folder, is_card_log
 from sym2real.registry import Registry
@@ -205,11 +206,19 @@ def numbers(table: Table, name: str, cells: Array | Sequence[str]) -> Array | No
 
 
 def _dates(cells: Sequence[str]) -> Array | None:
-    """Dates and times of ISO 8601 in s since 1970, of Greenwich where they name no zone; None where one is none."""
+    """Dates with times by ISO 8601 in s since 1970, of Greenwich where they name no zone; None where one is none."""
     with suppress(ValueError):
-        dates = [datetime.fromisoformat(cell.strip()) for cell in cells]
-        return np.array([(date if date.tzinfo else date.replace(tzinfo=UTC)).timestamp() for date in dates])
+        return np.array([_moment(cell.strip()) for cell in cells])
     return None
+
+
+def _moment(cell: str) -> float:
+    if cell.lower() in NO_NUMBER:
+        return np.nan
+    if ":" not in cell:  # a day alone, or a week, is a name
+        raise ValueError(cell)
+    date = datetime.fromisoformat(cell)
+    return (date if date.tzinfo else date.replace(tzinfo=UTC)).timestamp()
 
 
 def _number(cell: str) -> float:
@@ -219,7 +228,7 @@ def _number(cell: str) -> float:
 
 
 def _has_decimal_comma(cell: str) -> bool:
-    return "," in cell and csv_file.is_number(cell.replace(",", ".", 1))
+    return "," in cell and is_number(cell.replace(",", ".", 1))
 
 
 def _short(cell: str) -> str:

@@ -75,6 +75,10 @@ class Written(msgspec.Struct, forbid_unknown_fields=True):
     origin: Origin | None = None
 
 
+# Made ahead of any thread: msgspec takes a class apart when it first meets it, and no two threads may at once.
+DECODER = msgspec.json.Decoder(Written)
+
+
 def read_equations(source: str) -> dict[str, Any]:
     """What :func:`write_equations` wrote, as the arguments of ``Equations.parse``.
 
@@ -82,7 +86,7 @@ def read_equations(source: str) -> dict[str, Any]:
         ModelError: when the text is not such a JSON object; says which entry is wrong.
     """
     try:
-        found = msgspec.json.decode(source, type=Written)
+        found = DECODER.decode(source)
         layouts = Layouts.from_dict(found.layouts)
     except (KeyError, ValueError, RecursionError) as error:
         raise ModelError(f"expected equations in JSON of format {FORMAT!r}, found another text: {error}") from error

@@ -29,7 +29,7 @@ from sym2real.effects.filters import filter_commands
 from sym2real.effects.visible import VisibleModel
 from sym2real.logs.agreement import Agreement, rate_agreement, thrust_agreement, velocity_agreement
 from sym2real.symbolic import Equations
-from sym2real.vocabulary import POSITION
+from sym2real.vocabulary import POSITION, STEER_COLUMN
 
 Judged = tuple[Mapping[str, float | None], str]  # column → logged over meant, and over what
 THAN = "what moves the robot as the model says"
@@ -228,8 +228,8 @@ def _most_foreign(steps: Steps, settled: Sequence[str]) -> tuple[Scaled, float] 
         missed, meant = steps.missed(columns, ratio), steps.data.layouts.action.units[columns[0]]
         if missed < best[0] and steps.rise(columns, ratio) > SETTINGS.command_sides:
             found = in_unit(columns, meant, ratio, (least, least), mass)
-            if meant == "rad" and steps.largest(columns) > ratio * pi:
-                continue  # beyond half a turn an angle is another one
+            if STEER_COLUMN in columns and steps.largest(columns) > ratio * pi:
+                continue  # of an angle beyond half a turn the tangent is that of another one
             if found is not None and _mended(now, steps.errors(columns, [ratio])[0]):
                 best = missed, (found, ratio)
     return best[1]

@@ -110,11 +110,10 @@ def _checked(model: Equations | None, logs: tuple[Trajectory, ...]) -> Checked:
 
 def lost_in_reading(data: Dataset) -> list[str]:
     """What is missing from logs, or was changed though nobody asked; cuts are one line."""
-    cut = [log.name for log in data if any(note.startswith(CUT) for note in log.notes)]
-    lines = [f"{log.name}: {note}" for log in data for note in log.notes if is_unasked(note)]
-    if not cut[1:]:
-        return lines
-    return [*(line for line in lines if CUT not in line), f"{listed(cut)}: {CUT}"]
+    said = [(log.name, note) for log in data for note in log.notes if is_unasked(note)]
+    lines = [f"{name}: {note}" for name, note in said if not note.startswith(CUT)]
+    cut = [f"{name}{note.removeprefix(CUT).replace(':', '')}" for name, note in said if note.startswith(CUT)]
+    return [*lines, *([f"{CUT}: {listed(cut)}"] if cut else [])]
 
 
 def looks_for(model: Equations | None) -> tuple[tuple[Look, ...], ...]:

@@ -18,9 +18,9 @@ from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects.kind import Kind, Parameter, with_unit
 from sym2real.logs.resample import is_resampled
 
-# Filters act on the mean of a command over a control step. One that changes steadily within the step moves a position
-# by a third of its change, its mean by a half: a sixth of a step that a lag's time cannot be told from. Where a log was
-# resampled, commands changed within steps: what goes by a step's last goes by its mean, half a step away.
+# Filters act on one number a control step, its mean but behind rate loops. One that changes steadily within it moves a
+# position by a third of its change, its mean by a half: a sixth of a step that a lag's time cannot be told from. Of a
+# log that was resampled commands changed within steps: what goes by a step's last goes by its mean, half a step away.
 WITHIN_A_STEP, OF_UNEVEN = 1 / 6, 1 / 2
 # Standard deviations of a 95 % interval.
 TWO_SIDED = 1.96
@@ -28,28 +28,25 @@ TWO_SIDED = 1.96
 
 @dataclass(frozen=True)
 class Estimate:
-    """A parameter's value with its 95 % interval."""
+    """A parameter's value with its 95 % interval; its bounds where the logs say nothing of it."""
 
     value: float
     low: float
     high: float
     unit: str
+    determined: bool = True
 
     @property
     def said(self) -> str:
         """Value and unit, beside an interval."""
-        return with_unit(self.value, self.unit)
+        return with_unit(self.value, self.unit) if self.determined else "undetermined"
 
     @property
     def with_half_width(self) -> str:
         """Value, half the interval and unit for a sentence, to two digits of what is unsure."""
         half, unit = (self.high - self.low) / 2, "" if self.unit == "1" else self.unit
-        if not 0.0 < half < math.inf:
+        if not (self.determined and 0.0 < half < math.inf):
             return self.said
-        if (
-            abs(self.value - self.low - half) > SETTINGS.same * half
-        ):  # the logs say nothing: it may be all that it can be
-            return f"undetermined, {self.low:.3g} … {self.high:.3g} {unit}".rstrip()
         places = max(0, 1 - math.floor(math.log10(half)))
         return f"{self.value:.{places}f} ± {half:.{places}f} {unit}".rstrip()
 
@@ -64,8 +61,9 @@ def estimates(selection: Selection, candidate: Candidate, fit: Fit, near: Near |
     found = {}
     for index, value, half in _around(selection, candidate, fit, near):
         slot = _parameter(selection, index)
-        ends = (value - half, value + half) if half < math.inf else (slot.low, slot.high)
-        found[slot.name] = Estimate(value, *ends, slot.unit)
+        known = half < math.inf
+        ends = (value - half, value + half) if known else (slot.low, slot.high)
+        found[slot.name] = Estimate(value, *ends, slot.unit, known)
     return found
 
 

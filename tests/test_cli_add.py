@@ -98,3 +98,8 @@ def test_a_term_of_ones_own_has_no_simulator(tmp_path: Path, capsys: pytest.Capt
     said = " ".join(capsys.readouterr().out.split())
     assert "no simulator was written: a term of one's own has no counterpart there (fz)" in said
     assert not (tmp_path / "t" / "simulator").exists()
+
+
+def test_a_page_is_found_by_the_name_in_the_catalogue(tmp_path: Path) -> None:
+    """Those that need a column stand there with a colon."""
+    assert result_of(["effects", "dead_band:"], tmp_path) == result_of(["effects", "dead_band"], tmp_path)

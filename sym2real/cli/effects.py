@@ -41,13 +41,14 @@ class Effects:
             kinds = [kind for kind in EFFECTS.values() if kind.fits(Body.of(usual))]
             console.print(catalogue_table(kinds, usual.title))
             return {"effects": [{"name": kind.name, "stage": kind.stage, "summary": kind.summary} for kind in kinds]}
-        if self.name.partition(":")[0] not in EFFECTS:
+        name = self.name.removesuffix(":")  # as the catalogue has those that need a column
+        if name.partition(":")[0] not in EFFECTS:
             if self.name in ROBOTS or Path(self.name).is_dir():
                 wanted = f"sym2real effects --robot {self.name}"
                 raise ModelError(f"expected an effect, found {self.name}: `{wanted}` lists what that robot may have")
             raise unknown_effect(self.name, (key for robot in (*robots, *ROBOTS.values()) for key in keys(robot)))
-        fitting = ((key, robot) for robot in robots for key in keys(robot) if self.name in (key, key.partition(":")[0]))
-        key, robot = next(fitting, (self.name, None))
+        fitting = ((key, robot) for robot in robots for key in keys(robot) if name in (key, key.partition(":")[0]))
+        key, robot = next(fitting, (name, None))
         if robot is None and self.robot is not None:
             raise ModelError(f"{self.robot} has no effect {self.name}")
         chosen = effect(key, robot or usual)

@@ -182,7 +182,7 @@ DEAD_BAND = Kind(
     stage="filter",
     parameters=_dead_band_parameters,
     formula=r"a' = \mathrm{clip}(a', a - w/2, a + w/2) \;\text{or}\; a' = a\,[|a| > w/2]",
-    summary="Commands within a band do nothing: play in a linkage (speed commands: rest around zero).",
+    summary="Commands within a band, w from end to end, do nothing: play in a linkage (of a speed: rest around zero).",
     confused_with="a lag of the servo",
     shown_by="slow reversals of the command",
     fix="take the play out of the linkage, or raise the motor driver's lowest duty",

@@ -75,6 +75,8 @@ def test_another_time_constant_is_named(time: float) -> None:
     value = finding.parameters["value"]
     assert value.value * NOMINAL == pytest.approx(time, rel=0.03)
     assert value.low * NOMINAL <= time <= value.high * NOMINAL
+    assert finding.fix.startswith(f"speed_time = {NOMINAL * value.value:.4g} (95 % ")
+    assert f"in place of {NOMINAL:g}" in finding.fix
 
 
 def test_what_has_no_speed_loop_has_none() -> None:

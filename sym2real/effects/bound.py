@@ -83,6 +83,14 @@ class Effect:
         """What the equations hold of the parameter that it is bound to; None of an effect of anything else."""
         return self.body.parameters.get(self.column)
 
+    @property
+    def scaled(self) -> tuple[str, float] | None:
+        """What its value multiplies, and what that is: the parameter that it is bound to, or a number of the robot."""
+        if self.given is not None:
+            return self.column, self.given
+        number = self.body.numbers.get(self.of.scales)
+        return None if number is None else (self.of.scales, number)
+
     @cached_property
     def memory(self) -> Memory:
         """The recursion of an effect with memory.

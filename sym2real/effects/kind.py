@@ -126,6 +126,7 @@ class Kind:
         by_torque: whether it acts by a torque, whose answer is known no better than the loop's stiffness.
         lagging: whether its value is the time of a lag, of which a control period hides a part.
         reads: inputs that it goes by where the equations have them.
+        scales: name of the robot's number that its only value multiplies; "" for none.
         weighed: how to tell it from what equals it on every flight, for a sentence; "" where nothing does.
         nuisance: factors on its value between which nobody knows a healthy robot's, so that it is free in every fit.
         of_joints: name of the kind that a robot of joints has in its place; "" for none.
@@ -155,6 +156,7 @@ class Kind:
     by_torque: Callable[[Body], bool] = lambda _: False
     lagging: bool = False
     reads: tuple[str, ...] = ()
+    scales: str = ""
     weighed: str = ""
     nuisance: tuple[float, float] | None = None
     of_joints: str = ""

@@ -184,6 +184,7 @@ ATTITUDE_LOOP = Kind(
     substitute=_attitude_loop_substitute,
     needs=(*ATTITUDE_COMMAND.columns, *ATTITUDE.columns),
     numbers=(TIME,),
+    scales=TIME,
     robot="quadrotor",
 )
 
@@ -217,6 +218,7 @@ SPEED_LOOP = Kind(
     substitute=_speed_loop_substitute,
     needs=(SPEED, *FORWARD),
     numbers=(SPEED_TIME,),
+    scales=SPEED_TIME,
     robot="car",
 )
 

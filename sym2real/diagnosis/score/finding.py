@@ -130,12 +130,12 @@ def findings(
 
 
 def _fix(of: Effect, values: Mapping[str, Estimate]) -> str:
-    """What to change; of a parameter of the equations with what was given and what the logs say in its place."""
-    if of.given is None:
+    """What to change; of a parameter or number that it multiplies, with what was given and what the logs say instead."""
+    if of.scaled is None:
         return of.fix
-    (factor,) = values.values()
-    found, *ends = (of.given * part for part in (factor.value, factor.low, factor.high))
-    return f"{of.column} = {found:.4g} (95 % {min(ends):.4g} … {max(ends):.4g}) in place of {of.given:g}; {of.fix}"
+    (name, given), (factor,) = of.scaled, values.values()
+    found, *ends = (given * part for part in (factor.value, factor.low, factor.high))
+    return f"{name} = {found:.4g} (95 % {min(ends):.4g} … {max(ends):.4g}) in place of {given:g}; {of.fix}"
 
 
 def shares_of(losses: Sequence[float], freedom: float) -> list[float]:

@@ -130,7 +130,7 @@ def findings(
 
 
 def _fix(of: Effect, values: Mapping[str, Estimate]) -> str:
-    """What to change; of a parameter or number that it multiplies, with what was given and what the logs say instead."""
+    """What to change; of a number that it multiplies, with what was given and what the logs say in its place."""
     if of.scaled is None:
         return of.fix
     (name, given), (factor,) = of.scaled, values.values()

@@ -191,7 +191,7 @@ LEVER_ARM = Kind(
     stage="measurement",
     parameters=_parameters,
     formula=r"p_m = p + R(\psi)\,r",
-    summary="The motion capture measures a point away from the rear axle's middle.",
+    summary="The motion capture measures a point away from the rear axle's middle, r ahead and left of it.",
     confused_with="a yaw bias on one circle",
     shown_by="straight driving beside turns both ways",
     fix="move the rigid body's origin in the motion capture by minus this arm",

@@ -223,7 +223,7 @@ COM_OFFSET = _of_rotorcraft(
     stage="wrench",
     parameters=_com_offset_parameters,
     formula=r"\tau = -r \times T e_3",
-    summary="The centre of mass lies beside the thrust line, so that thrust turns the body.",
+    summary="The centre of mass lies beside the thrust line, r forward and left of it, so that thrust turns the body.",
     confused_with="a constant torque or an offset of the rate commands, where thrust hardly varies",
     shown_by="thrust that varies: climbs and descents, fast turns",
     fix="move the battery or the load by minus this offset, or trim the mixer",

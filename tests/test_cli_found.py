@@ -61,7 +61,7 @@ def test_the_object_is_the_designs(folder: Path, diagnosed: dict[str, Any]) -> N
     assert {"verdict", "summary", "faults", "findings", "leftover", "where", "ladder", "floor"} <= diagnosed.keys()
     (finding, *_) = diagnosed["findings"]
     assert finding["effect"] == "added_mass"
-    assert finding["parameters"]["value"].keys() == {"value", "low", "high", "unit"}
+    assert finding["parameters"]["value"].keys() == {"value", "low", "high", "unit", "determined"}
     assert {"share", "group", "separate_by", "provisional", "small", "doubtful", "fix"} <= finding.keys()
     assert [rung["model"] for rung in diagnosed["ladder"]][:2] == ["base", "+ added_mass"]
     horizons = [row["horizon"] for row in diagnosed["ladder"][0]["horizons"]]

@@ -15,7 +15,7 @@ care: all others change places freely.
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
-from sympy import Expr
+from sympy import Expr, Integer
 
 from sym2real.effects.body import Body
 from sym2real.effects.bound import Effect
@@ -27,6 +27,7 @@ ORDER: tuple[Stage, ...] = ("mass", "loop", "wrench", "thrust", "command", "filt
 # The way of a command, and after it of a measurement, through effects with memory.
 FILTER_ORDER = ("limit", "delay", "rate_limit", "lag", "dead_band", "sensor_lag", "time_shift")
 
+DELAY = "delay"
 # A command meets gain and offset in this order, so that they go in from behind; else by name.
 BEHIND = ("offset", "gain")
 
@@ -104,7 +105,11 @@ def _with_parameters(equations: Equations, effect: Effect, values: Mapping[str, 
 def _put_in(equations: Equations, effect: Effect, values: Mapping[str, Expr]) -> Equations:
     if effect.of.substitute is not None:
         return effect.of.substitute(equations, values, Body.of(equations, effect.column))
-    filters = (*equations.filters, (effect.key, values))
+    filters = [*equations.filters, (effect.key, values)]
+    late = [given["value"] for key, given in filters if key == effect.key and effect.kind == DELAY]
+    if late and all(value.is_number for value in late):  # delays add up
+        filters = [change for change in filters if change[0] != effect.key]
+        filters.append((effect.key, {"value": sum(late, Integer(0))}))
     return replace(equations, filters=tuple(sorted(filters, key=lambda change: _place(change[0]))))
 
 

@@ -3,7 +3,8 @@
 A row of commands is held for one period, and what reaches the robot in it is one number as well: the held command with
 which a loop ẋ = K (u - x) behind it ends the period where it does with the one that moves. It is the mean over the
 period with weights that fall by e^(-K t) into the past; of an integrator, K = 0, the plain mean. A lag or delay of zero
-is then the identity, with a derivative that is not zero.
+is then the identity, with a derivative that is not zero. K is the nominal loop's; of filters in a row each is weighted
+as if it were the last.
 """
 
 from collections.abc import Callable, Mapping, Sequence

@@ -17,7 +17,8 @@ from sym2real.effects.actuators import DEAD_BAND, DELAY, LAG, RATE_LIMIT
 from sym2real.effects.bound import Effect
 from sym2real.effects.commands import LIMIT
 from sym2real.effects.filters import FilterState
-from sym2real.effects.memory import WHOLE, lag_share, older_share
+from sym2real.effects.memory import WHOLE
+from sym2real.effects.period_shares import lag_share, older_share
 from sym2real.errors import ModelError
 from sym2real.trajectory import Array
 
@@ -104,7 +105,7 @@ def _stage(effect: Effect, values: Mapping[str, Tensor | float], dt: float) -> S
     gains = effect.body.loop_gains
     if name == DELAY.name:
         whole, part = _periods(given["value"], dt)
-        return Stage(columns, whole + 1, older=tuple(_number(older_share, part, gain, dt) for gain in gains))
+        return Stage(columns, whole + 1, older=tuple(_as_number(older_share, part, gain, dt) for gain in gains))
     if name == LAG.name:
         return Stage(columns, rules=tuple(_lag(given["value"], gain, dt) for gain in gains))
     if name == DEAD_BAND.name:
@@ -118,7 +119,7 @@ def _stage(effect: Effect, values: Mapping[str, Tensor | float], dt: float) -> S
     return Stage(columns, rules=(rule,) * len(columns))
 
 
-def _number(share: Callable[[Tensor, Tensor, float], Tensor], value: float, gain: float, dt: float) -> float:
+def _as_number(share: Callable[[Tensor, Tensor, float], Tensor], value: float, gain: float, dt: float) -> float:
     return float(share(torch.tensor(value, dtype=torch.float64), torch.tensor(gain, dtype=torch.float64), dt))
 
 
@@ -145,7 +146,7 @@ def _delayed(number: int, stage: Stage, place: int, row: str, out: str) -> list[
 
 
 def _lag(value: float, gain: float, dt: float) -> Rule:
-    left, mean = math.exp(-dt / value) if value > 0.0 else 0.0, _number(lag_share, value, gain, dt)
+    left, mean = math.exp(-dt / value) if value > 0.0 else 0.0, _as_number(lag_share, value, gain, dt)
     return lambda memory, row, out: [
         f"const v away = {memory} - {row};",
         f"{out} = away * R({mean!r}) + {row};",

@@ -38,7 +38,7 @@ from sym2real.effects.wrench import AXES, FORWARD, forward_speed, push, uses
 from sym2real.errors import ModelError
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
-from sym2real.vocabulary import ATTITUDE, ATTITUDE_COMMAND
+from sym2real.vocabulary import ATTITUDE, ATTITUDE_COMMAND, SPEED_COLUMN
 
 NUMBERS = ("jx", "jy", "jz", "kx", "ky", "kz")
 
@@ -126,11 +126,15 @@ def _rate_loop_gain_substitute(equations: Equations, values: Values, body: Body)
     return push(equations, body, torque=torque)
 
 
+def _multiply_stiffness(actuator: Any, by: float) -> None:
+    actuator.gainprm = [by * number for number in actuator.gainprm]
+    actuator.biasprm = [by * number for number in actuator.biasprm]
+
+
 def _stiffen(spec: Any, body: Body, values: Numbers) -> None:
     for actuator in spec.actuators:
         if actuator.name in LOOPS:
-            actuator.gainprm = [values["value"] * number for number in actuator.gainprm]
-            actuator.biasprm = [values["value"] * number for number in actuator.biasprm]
+            _multiply_stiffness(actuator, values["value"])
 
 
 RATE_LOOP_GAIN = Kind(
@@ -151,16 +155,18 @@ RATE_LOOP_GAIN = Kind(
 )
 
 
-TIME = "attitude_time"  # the number τ of a robot that is told an attitude, s
+ATTITUDE_TIME, SPEED_TIME = "attitude_time", "speed_time"  # the numbers τ of robots that are told one, s
+SLOWER = Parameter("value", "1", null=1.0, low=0.1, high=10.0, scale=0.3, domain=POSITIVE)
 
 
-def _part(time: Expr | float, dt: float) -> Expr:
-    return 1 - exp(-dt / time)
+def _further(values: Values, body: Body, name: str) -> Expr:
+    """How many times as far a loop goes in a step whose time constant is so many times the robot's number."""
+    nominal, changed = (1 - exp(-body.dt / time) for time in (body.number(name), values["value"] * body.number(name)))
+    return changed / nominal
 
 
 def _attitude_loop_substitute(equations: Equations, values: Values, body: Body) -> Equations:
-    time, start = body.number(TIME), [symbol(column) for column in ATTITUDE.columns]
-    further = _part(values["value"] * time, body.dt) / _part(time, body.dt)
+    further, start = _further(values, body, ATTITUDE_TIME), [symbol(column) for column in ATTITUDE.columns]
     told = [symbol(column) for column in ATTITUDE_COMMAND.columns]
     same_side = sign(sum(a * b for a, b in zip(start, told, strict=True)))
     moved = [a + further * (same_side * b - a) for a, b in zip(start, told, strict=True)]
@@ -174,7 +180,7 @@ def _inject(body: Body, values: Numbers) -> Change:
 ATTITUDE_LOOP = Kind(
     name="attitude_loop",
     stage="loop",
-    parameters=of_any_body(Parameter("value", "1", null=1.0, low=0.1, high=10.0, scale=0.3, domain=POSITIVE)),
+    parameters=of_any_body(SLOWER),
     formula=r"\tau \to k\,\tau",
     summary="The on-board attitude loop is slower or faster than the nominal one.",
     confused_with="a lag of the attitude commands, where the loop is fast beside it",
@@ -183,32 +189,26 @@ ATTITUDE_LOOP = Kind(
     inject=_inject,
     substitute=_attitude_loop_substitute,
     needs=(*ATTITUDE_COMMAND.columns, *ATTITUDE.columns),
-    numbers=(TIME,),
-    scales=TIME,
+    numbers=(ATTITUDE_TIME,),
+    scales=ATTITUDE_TIME,
     robot="quadrotor",
 )
 
 
-SPEED_TIME = "speed_time"  # the number τ of a car that is told a speed, s
-SPEED = "speed"
-
-
 def _speed_loop_substitute(equations: Equations, values: Values, body: Body) -> Equations:
-    time, start, told = body.number(SPEED_TIME), forward_speed(body), symbol(SPEED)
-    further = _part(values["value"] * time, body.dt) / _part(time, body.dt)
-    return equations.substitute({SPEED: start + further * (told - start)})
+    start, told = forward_speed(body), symbol(SPEED_COLUMN)
+    return equations.substitute({SPEED_COLUMN: start + _further(values, body, SPEED_TIME) * (told - start)})
 
 
 def _slow(spec: Any, body: Body, values: Numbers) -> None:
-    for actuator in truth.actuators(spec, replace(body, column=SPEED)):
-        actuator.gainprm = [number / values["value"] for number in actuator.gainprm]
-        actuator.biasprm = [number / values["value"] for number in actuator.biasprm]
+    for actuator in truth.actuators(spec, replace(body, column=SPEED_COLUMN)):
+        _multiply_stiffness(actuator, 1.0 / values["value"])
 
 
 SPEED_LOOP = Kind(
     name="speed_loop",
     stage="loop",
-    parameters=of_any_body(Parameter("value", "1", null=1.0, low=0.1, high=10.0, scale=0.3, domain=POSITIVE)),
+    parameters=of_any_body(SLOWER),
     formula=r"\tau \to k\,\tau",
     summary="The speed loop is slower or faster than the nominal one.",
     confused_with="a lag of the speed command, where it is slower",
@@ -216,7 +216,7 @@ SPEED_LOOP = Kind(
     fix="multiply the model's time constant by it (`nominal car --time-constant`)",
     inject=truth.editing(_slow),
     substitute=_speed_loop_substitute,
-    needs=(SPEED, *FORWARD),
+    needs=(SPEED_COLUMN, *FORWARD),
     numbers=(SPEED_TIME,),
     scales=SPEED_TIME,
     robot="car",

@@ -14,6 +14,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from sym2real.effects.period_shares import kept, older_share
 from sym2real.errors import ModelError
 from sym2real.trajectory import Array
 
@@ -22,7 +23,6 @@ Begin = Callable[[Tensor, float, Given], Tensor]
 Run = Callable[[Tensor, Tensor, float, Given], tuple[Tensor, Tensor]]
 # Periods by which a delay may miss a whole number of them: in single precision 0.04 s are less than two of 0.02 s.
 WHOLE = 1e-6
-SMALL = 1e-3  # of what a quotient's limit is taken for; its square is lost in single precision
 LONGEST_DELAY = 60.0  # s; every row that is still under way is kept, so that a delay without end fills the memory
 
 
@@ -70,39 +70,6 @@ def replaced(rows: Tensor, columns: Sequence[int], output: Tensor) -> Tensor:
     return result
 
 
-def _mean_kept(x: Tensor) -> Tensor:
-    """(1 - e^-x)/x, also of zero: the mean over a period of what a loop keeps, x its gain times the period."""
-    small = x.abs() < SMALL
-    return torch.where(small, 1.0 - 0.5 * x, -torch.expm1(-x) / torch.where(small, torch.ones_like(x), x))
-
-
-def older_share(part: Tensor, gain: Tensor, dt: float) -> Tensor:
-    """Weight of the older of two commands that a loop is given for the first ``part`` of a period, and its rest.
-
-    Args:
-        part: of the period.
-        gain: of the loop, 1/s; 0 of an integrator.
-        dt: period in s.
-    """
-    x = gain * dt
-    return torch.exp(-x * (1.0 - part)) * part * _mean_kept(x * part) / _mean_kept(x)
-
-
-def lag_share(time: Tensor, gain: Tensor, dt: float) -> Tensor:
-    """Weight, of a command that fades by e^(-t/τ) over a period, of what it is at its beginning.
-
-    Args:
-        time: τ in s.
-        gain: of the loop behind, 1/s; 0 of an integrator.
-        dt: period in s.
-    """
-    x, fading = gain * dt, dt / time
-    apart, left = x - fading, torch.exp(-fading)
-    close = apart.abs() < SMALL
-    faded = (left - torch.exp(-x)) / torch.where(close, torch.ones_like(apart), apart)
-    return torch.where(close, left * (1.0 - 0.5 * apart), faded) / _mean_kept(x)
-
-
 def _like(gains: Sequence[float], rows: Tensor) -> Tensor:
     """Gains of the loops behind the columns ``# (C,)``; zeros where none are given."""
     return torch.tensor(gains or [0.0], dtype=rows.dtype, device=rows.device)
@@ -143,11 +110,6 @@ def shift(gains: Sequence[float] = ()) -> Memory:
     return Memory(begin, run)
 
 
-def kept(time: Tensor, dt: float) -> tuple[Tensor, Tensor]:
-    """Of a first-order filter's distance: what is left after dt, and its mean over dt."""
-    return torch.exp(-dt / time), lag_share(time, torch.zeros_like(time), dt)
-
-
 def _faded(rows: Tensor, left: Tensor) -> Tensor:
     """Every row and what is left of those before it, y' = left·y + row ``# (..., T, C)``.
 
@@ -167,8 +129,7 @@ def lag(gains: Sequence[float] = ()) -> Memory:
     """
 
     def run(memory: Tensor, rows: Tensor, dt: float, values: Given) -> tuple[Tensor, Tensor]:
-        time = values["value"][..., None, :]
-        left, mean = torch.exp(-dt / time), lag_share(time, _like(gains, rows), dt)
+        left, mean = kept(values["value"][..., None, :], dt, _like(gains, rows))
         batch = np.broadcast_shapes(memory.shape[:-1], rows.shape[:-2], left.shape[:-2])
         rows = rows.expand(*batch, *rows.shape[-2:])
         first = (memory - rows[..., 0, :]).expand(*batch, rows.shape[-1])
@@ -248,7 +209,7 @@ def sampled_lag() -> Memory:
         return torch.cat([row, row], dim=-1)
 
     def run(memory: Tensor, rows: Tensor, dt: float, values: Given) -> tuple[Tensor, Tensor]:
-        left, mean = kept(values["value"], dt)
+        left, mean = kept(values["value"], dt, _like((), rows))
         batch = np.broadcast_shapes(memory.shape[:-1], rows.shape[:-2], left.shape[:-1])
         rows = rows.expand(*batch, *rows.shape[-2:])
         filtered, before = memory.expand(*batch, memory.shape[-1]).chunk(2, dim=-1)

@@ -22,6 +22,7 @@ V₀ is where the thrust map holds: the number ``full_battery`` of the equations
 many times that as it is larger, by the cube root of its mass.
 """
 
+import math
 from functools import partial
 from typing import Any
 
@@ -303,13 +304,12 @@ ROTOR_LOSS = _of_rotorcraft(
 )
 
 
-CRAZYFLIE_MASS = 0.027  # kg
+REACH, OF_MASS = 0.07, 0.027  # m, and kg of the robot that has it
 
 
 def _reach(body: Body) -> float:
     """Height in m at which it has fallen to 1/e."""
-    larger: float = (body.numbers.get("mass", CRAZYFLIE_MASS) / CRAZYFLIE_MASS) ** (1.0 / 3.0)
-    return 0.07 * larger
+    return REACH * math.cbrt(body.numbers.get("mass", OF_MASS) / OF_MASS)
 
 
 def _lift(data: Any, body: Body, values: Numbers) -> None:

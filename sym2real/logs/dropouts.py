@@ -1,6 +1,6 @@
 """Rows in which a sensor or a link gave nothing, or nothing new: they are left out, and it is said where."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 
 from sym2real.errors import DataError
 from sym2real.logs.derive import in_force
+from sym2real.logs.missing import listed
 from sym2real.logs.table import Table
-from sym2real.trajectory import Array
+from sym2real.trajectory import Array, Trajectory
 
 # A column is slower than the others where so much of its numbers stand alone: no log is cut down to their rows.
 ALONE = 0.5
@@ -21,6 +22,14 @@ UNWRAPPED = "is unwrapped: it jumps by whole turns"
 def is_unasked(note: str) -> bool:
     """Whether a trajectory's note says that rows are missing from it, or were changed though nobody asked."""
     return LEFT_OUT in note or note.startswith(CUT) or UNWRAPPED in note
+
+
+def lost_in_reading(logs: Iterable[Trajectory]) -> list[str]:
+    """What is missing from logs, or was changed though nobody asked; cuts are one line."""
+    said = [(log.name, note) for log in logs for note in log.notes if is_unasked(note)]
+    lines = [f"{name}: {note}" for name, note in said if not note.startswith(CUT)]
+    cut = [f"{name}{note.removeprefix(CUT).replace(':', '')}" for name, note in said if note.startswith(CUT)]
+    return [*lines, *([f"{CUT}: {listed(cut)}"] if cut else [])]
 
 
 def is_slow(values: Array) -> bool:

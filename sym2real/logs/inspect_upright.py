@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from sym2real.logs import derive
 from sym2real.logs.attitude_reading import read_attitude, up
 from sym2real.logs.draft import Draft
 from sym2real.logs.inspect_motion import FAST, LENGTHS
@@ -9,10 +10,12 @@ from sym2real.logs.parts import Attitude
 from sym2real.logs.reading import by_name, by_size
 from sym2real.logs.units import GRAVITY, factor
 from sym2real.trajectory import Array
+from sym2real.vocabulary import RATE, VELOCITY
 
-TILTS = 0.25  # of the acceleration that a tilt causes, as positions show it; 0.5 and more where wind acts too
+# Set by looking at measured logs: of the acceleration that a tilt causes, positions show 0.48 or more, wind or none.
+TILTS = 0.25
+AXES = (1, np.eye(3)[1]), (2, np.eye(3)[2])
 LIES = 0.9  # of an axis, the mean of its part along the vertical, below which it is none that stands
-OTHERS = ("vx", "vy", "vz", "wx", "wy", "wz")
 
 
 def inspect_upright(draft: Draft) -> None:
@@ -25,13 +28,15 @@ def inspect_upright(draft: Draft) -> None:
     if not {*"wxyz"} <= parts.keys() or not draft.has("x", "y", "z"):
         return
     attitude = read_attitude(draft, Attitude(tuple(parts[key] for key in "wxyz")))
-    along_y, along_z = (float(np.mean(1.0 - 2.0 * (attitude[:, 1] ** 2 + attitude[:, i] ** 2))) for i in (3, 2))
+    along_y, along_z = (
+        float(derive.to_world(attitude, np.tile(axis, (len(attitude), 1)))[:, i].mean()) for i, axis in AXES
+    )
     moved = [draft.rows.spread(draft.values(axis)) for axis in "xyz"]
     if not along_z < LIES < along_y or moved[1] > min(moved) or abs(_accelerates(draft, attitude)) > TILTS:
         return
     columns = draft.assignment.columns
     evidence = f"the body stands along y ({along_y:+.2f}); along z ({along_z:+.2f}) its tilt would accelerate it"
-    if any(draft.has(name) for name in OTHERS):
+    if any(draft.has(name) for name in (*VELOCITY.columns, *RATE.columns)):
         draft.add("", "y may be up", "", f"{evidence}: as read here, velocities and rates lie in other axes", "guess")
         return
     turned = (columns["z"], parts["z"])

@@ -33,8 +33,7 @@ from sym2real.effects.sensors import Sensors
 from sym2real.errors import ShapeError
 from sym2real.logs.agreement import agreements
 from sym2real.logs.differences import rates_on_time
-from sym2real.logs.dropouts import CUT, is_unasked
-from sym2real.logs.missing import listed
+from sym2real.logs.dropouts import lost_in_reading
 from sym2real.logs.sources import AsRead
 from sym2real.plants import MujocoPlant
 from sym2real.robots.own import robot_of
@@ -106,14 +105,6 @@ def _checked(model: Equations | None, logs: tuple[Trajectory, ...]) -> Checked:
         *exactness(sum(exact(log) for log in data), len(data)),
     )
     return Checked(data, tuple(found), notes, any(log.between is not None for log in data))
-
-
-def lost_in_reading(data: Dataset) -> list[str]:
-    """What is missing from logs, or was changed though nobody asked; cuts are one line."""
-    said = [(log.name, note) for log in data for note in log.notes if is_unasked(note)]
-    lines = [f"{name}: {note}" for name, note in said if not note.startswith(CUT)]
-    cut = [f"{name}{note.removeprefix(CUT).replace(':', '')}" for name, note in said if note.startswith(CUT)]
-    return [*lines, *([f"{CUT}: {listed(cut)}"] if cut else [])]
 
 
 def looks_for(model: Equations | None) -> tuple[tuple[Look, ...], ...]:

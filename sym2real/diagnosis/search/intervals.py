@@ -44,11 +44,11 @@ class Estimate:
     @property
     def with_half_width(self) -> str:
         """Value, half the interval and unit for a sentence, to two digits of what is unsure."""
-        half, unit = (self.high - self.low) / 2, "" if self.unit == "1" else self.unit
+        half = (self.high - self.low) / 2
         if not (self.determined and 0.0 < half < math.inf):
             return self.said
         places = max(0, 1 - math.floor(math.log10(half)))
-        return f"{self.value:.{places}f} ± {half:.{places}f} {unit}".rstrip()
+        return f"{self.value:.{places}f} ± {half:.{places}f} {'' if self.unit == '1' else self.unit}".rstrip()
 
 
 def about(value: float, deviation: float, unit: str) -> Estimate:

@@ -7,6 +7,7 @@ import pytest
 import torch
 
 from sym2real.control import GeometricQuadrotor, PurePursuit, RandomCommands
+from sym2real.control.at_steps import AHEAD, AtSteps
 from sym2real.control.geometric_quadrotor import Gains, reference_points
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
@@ -55,7 +56,7 @@ def expected_error(task: Task) -> float:
     The rate that is fed forward comes 1/gain + half a control period late; attitude feedback divides that by
     |K_R + iω|, position feedback by |K_p - ω² + iωK_v|.
     """
-    points = reference_points(task.reference, np.arange(3.0, 6.0, CRAZYFLIE.dt))
+    points = reference_points(task.reference, torch.arange(3.0, 6.0, CRAZYFLIE.dt, dtype=torch.float64))
     speed = max(np.linalg.norm(point.velocity) for point in points)
     acceleration = max(np.linalg.norm(point.acceleration) for point in points)
     frequency, gains = acceleration / speed, Gains()
@@ -75,7 +76,7 @@ def test_quadrotor_follows_a_moving_reference(name: str) -> None:
 def test_reference_is_differentiated_twice() -> None:
     """On a circle with ω = 2 rad/s: a = -ω² p, da/dt = -ω² v."""
     reference = make_task("circle", CRAZYFLIE, radius=0.5, speed=1.0).reference
-    (point,) = reference_points(reference, np.array([0.7]))
+    (point,) = reference_points(reference, torch.tensor([0.7], dtype=torch.float64))
     np.testing.assert_allclose(point.acceleration, -4.0 * (point.position - [0, 0, 1]), rtol=1e-3)
     np.testing.assert_allclose(point.jerk, -4.0 * point.velocity, rtol=1e-3)
 
@@ -156,3 +157,16 @@ def test_random_commands_fill_their_range_and_are_held(robot: Robot) -> None:
     again = RandomCommands(robot, hold=0.2, seed=3)
     np.testing.assert_array_equal(again.act(robot.start, 77), actions[77])
     assert not np.array_equal(RandomCommands(robot, seed=4).act(robot.start, 77), actions[77])
+
+
+def test_whatever_steps_are_asked_for_a_reference_is_that_of_their_times() -> None:
+    blocks: list[int] = []
+
+    def wanted(times: torch.Tensor) -> list[float]:
+        blocks.append(len(times))
+        return times.tolist()
+
+    at_steps = AtSteps(wanted, dt=0.02)
+    steps = [0, 1, AHEAD - 1, AHEAD, 2 * AHEAD - 1, 7, 3 * AHEAD, 3 * AHEAD + 5]
+    np.testing.assert_allclose([at_steps[step] for step in steps], 0.02 * np.array(steps), rtol=1e-14)
+    assert blocks == [AHEAD] * 4  # from 0, from AHEAD, back at 7, from 3 AHEAD

@@ -19,13 +19,15 @@ The moment loop of Lee et al. is left to the rate loop on board.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cached_property, partial
 
 import numpy as np
 import torch
 from numpy.typing import ArrayLike
 from torch import Tensor
 
+from sym2real.control.at_steps import AtSteps
 from sym2real.protocols import Memoryless
 from sym2real.robots.robot import GRAVITY
 from sym2real.rotation import yaw
@@ -37,7 +39,6 @@ UP = np.array([0.0, 0.0, 1.0])
 HALF_STEP = 0.02
 MOST_FEEDBACK = 8.0  # m/s²: far from the reference the vehicle leans by about 40°, no further
 LEAST_PULL = 2.0  # m/s²: the thrust direction never points at the ground
-AHEAD = 100  # steps whose references are computed at once: torch's calls would take most of a step's time
 
 
 @dataclass(frozen=True)
@@ -76,13 +77,12 @@ class GeometricQuadrotor(Memoryless):
     reference: Callable[[Tensor], Tensor]
     yaw_rate: float = 0.0
     gains: Gains = Gains()
-    _points: dict[int, ReferencePoint] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
         """Thrust in N and body rates in rad/s ``# (4,)`` for a state ``# (13,)`` at time ``step · dt``."""
         measured = np.asarray(state, dtype=np.float64)
         attitude = body_axes(measured[3:7])
-        goal = self._point(step)
+        goal = self._points[step]
         feedback = self.gains.position * (goal.position - measured[0:3])
         feedback += self.gains.velocity * (goal.velocity - measured[7:10])
         feedback *= min(1.0, MOST_FEEDBACK / max(float(np.linalg.norm(feedback)), 1e-9))
@@ -97,12 +97,9 @@ class GeometricQuadrotor(Memoryless):
         action: Array = np.clip([self.mass * pull @ attitude[:, 2], *rates], self.low, self.high)
         return action
 
-    def _point(self, step: int) -> ReferencePoint:
-        if step not in self._points:
-            steps = range(step, step + AHEAD)
-            self._points.clear()
-            self._points.update(zip(steps, reference_points(self.reference, np.array(steps) * self.dt), strict=True))
-        return self._points[step]
+    @cached_property
+    def _points(self) -> AtSteps[ReferencePoint]:
+        return AtSteps(partial(reference_points, self.reference), self.dt)
 
 
 @dataclass(frozen=True)
@@ -117,9 +114,9 @@ class ReferencePoint:
     yaw_rate: float
 
 
-def reference_points(reference: Callable[[Tensor], Tensor], times: Array) -> list[ReferencePoint]:
+def reference_points(reference: Callable[[Tensor], Tensor], times: Tensor) -> list[ReferencePoint]:
     """A reference at times in s ``# (n,)``; acceleration and jerk by central differences of its velocity."""
-    around = torch.as_tensor(times) + torch.tensor([[-HALF_STEP], [0.0], [HALF_STEP]], dtype=torch.float64)
+    around = times + torch.tensor([[-HALF_STEP], [0.0], [HALF_STEP]], dtype=torch.float64)
     states = reference(around).to(torch.float64)  # (3, n, 13)
     before, here, after = states.numpy()
     acceleration = (after - before)[:, 7:10] / (2 * HALF_STEP)

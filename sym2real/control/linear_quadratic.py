@@ -10,7 +10,9 @@ import numpy as np
 import torch
 from numpy.typing import ArrayLike
 from scipy.linalg import solve_discrete_are
+from torch import Tensor
 
+from sym2real.control.at_steps import AtSteps
 from sym2real.errors import ModelError
 from sym2real.protocols import Memoryless
 from sym2real.robots import Robot
@@ -38,8 +40,10 @@ class LinearQuadratic(Memoryless):
     robot: Robot
     reference: Reference
     gain: Array = field(init=False)
+    _wanted: AtSteps[Tensor] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
+        self._wanted = AtSteps(lambda times: self.reference(times).unbind(), self.robot.dt)
         slope, effect = linearised(self.robot.nominal(), self.robot)
         layout, span = self.robot.layouts.state, self.robot.high - self.robot.low
         units = [field.unit for field in layout.fields for _ in range(field.tangent_size)]
@@ -53,9 +57,8 @@ class LinearQuadratic(Memoryless):
 
     def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
         """Action ``# (action,)`` for a measured state ``# (state,)``, within the limits."""
-        wanted = self.reference(torch.tensor(step * self.robot.dt, dtype=torch.float64))
         measured = torch.as_tensor(np.asarray(state, dtype=np.float64))
-        away = self.robot.layouts.state.difference(measured, wanted).numpy()
+        away = self.robot.layouts.state.difference(measured, self._wanted[step]).numpy()
         clipped: Array = np.clip(self.robot.rest - self.gain @ away, self.robot.low, self.robot.high)
         return clipped
 

@@ -10,14 +10,17 @@ plus a gain times the distance still missing.
 Source: R. C. Coulter, "Implementation of the Pure Pursuit Path Tracking Algorithm", CMU-RI-TR-92-01, 1992.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from math import atan, copysign, hypot
 
 import numpy as np
 import torch
 from numpy.typing import ArrayLike
 from torch import Tensor
 
+from sym2real.control.at_steps import AtSteps
 from sym2real.protocols import Memoryless
 from sym2real.trajectory import Array
 
@@ -33,7 +36,7 @@ class PurePursuit(Memoryless):
         low: least action: steering in rad, speed in m/s ``# (2,)``.
         high: greatest action ``# (2,)``.
         dt: control period in s.
-        reference: full state ``# (..., 7)`` wanted at a time in s ``# (...,)``: a task's ``reference``.
+        reference: full state ``# (..., 7)`` wanted at a time in s ``# (...,)``: a task's, of time alone.
         lookahead: how far ahead in time the pursued point lies, s.
         gain: speed per distance missing, 1/s.
         tolerance: distance to a place to park at that counts as arrived, m.
@@ -50,23 +53,32 @@ class PurePursuit(Memoryless):
 
     def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
         """Steering in rad and speed in m/s ``# (2,)`` for a state ``# (7,)`` at time ``step · dt``."""
-        measured = np.asarray(state, dtype=np.float64)
-        times = step * self.dt + torch.tensor([0.0, self.lookahead], dtype=torch.float64)
-        here, ahead = self.reference(times).to(torch.float64).numpy()
-        missing = to_body(here[0:2] - measured[0:2], measured)
-        target = to_body(ahead[0:2] - measured[0:2], measured)
-        pace = to_body(here[4:6], measured)
-        distance = float(np.hypot(*target))
-        if np.hypot(*pace) < STANDING:
-            speed = 0.0 if distance < self.tolerance else self.gain * float(np.copysign(distance, target[0]))
+        here, ahead = self._wanted[step]
+        return self.towards(here, ahead, state)
+
+    def towards(self, here: Sequence[float], ahead: Sequence[float], state: ArrayLike) -> Array:
+        """The action for the reference's state now and the one that is pursued ``# (7,)``."""
+        x, y, sine, cosine, *_ = np.asarray(state, dtype=np.float64).tolist()
+        missing = forward_and_left((here[0] - x, here[1] - y), sine, cosine)
+        target = forward_and_left((ahead[0] - x, ahead[1] - y), sine, cosine)
+        pace = forward_and_left(here[4:6], sine, cosine)
+        distance = hypot(*target)
+        if hypot(*pace) < STANDING:
+            speed = 0.0 if distance < self.tolerance else self.gain * copysign(distance, target[0])
         else:
-            speed = float(np.copysign(np.hypot(*pace), pace[0])) + self.gain * float(missing[0])
+            speed = copysign(hypot(*pace), pace[0]) + self.gain * missing[0]
         curvature = 2 * target[1] / max(distance, self.tolerance) ** 2
-        action: Array = np.clip([np.arctan(self.wheelbase * curvature), speed], self.low, self.high)
+        action: Array = np.clip([atan(self.wheelbase * curvature), speed], self.low, self.high)
         return action
 
+    @cached_property
+    def _wanted(self) -> AtSteps[list[list[float]]]:
+        """The reference at a step, and where the pursued point lies."""
+        ahead = torch.tensor([0.0, self.lookahead], dtype=torch.float64)
+        return AtSteps(lambda times: self.reference(times[:, None] + ahead).to(torch.float64).tolist(), self.dt)
 
-def to_body(vector: Array, state: Array) -> Array:
-    """World vector ``# (2,)`` in the axes of a car in this state ``# (7,)``: forward, left."""
-    sine, cosine = state[2], state[3]
-    return np.array([cosine * vector[0] + sine * vector[1], cosine * vector[1] - sine * vector[0]])
+
+def forward_and_left(vector: Sequence[float], sine: float, cosine: float) -> tuple[float, float]:
+    """World vector (x, y) in the axes of a car that points along (cosine, sine)."""
+    x, y = vector
+    return cosine * x + sine * y, cosine * y - sine * x

@@ -3,7 +3,6 @@
 import numpy as np
 import torch
 from numpy.typing import ArrayLike
-from torch import Tensor
 
 from sym2real.control import PurePursuit
 from sym2real.control.geometric_quadrotor import Gains
@@ -31,11 +30,8 @@ class AtItsPace(Memoryless):
         self._robot, self._reference = robot, reference
         fastest = CATCHING_UP * _fastest(reference)
         low, high = np.array([robot.low[0], 0.0]), np.array([robot.high[0], min(robot.high[1], fastest)])
-        self._pursuit = PurePursuit(robot.numbers["wheelbase"], low, high, robot.dt, self._ahead)
+        self._pursuit = PurePursuit(robot.numbers["wheelbase"], low, high, robot.dt, reference)
         self.reset()
-
-    def _ahead(self, time: Tensor) -> Tensor:
-        return self._reference(time + self.times[-1])
 
     def reset(self) -> None:
         """Start the path anew."""
@@ -43,8 +39,9 @@ class AtItsPace(Memoryless):
 
     def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
         """Steering and speed ``# (2,)`` for a measured state ``# (state,)``."""
-        action = self._pursuit.act(state, 0)
-        wanted = self._reference(torch.tensor(self.times[-1], dtype=torch.float64)).numpy()
+        times = self.times[-1] + torch.tensor([0.0, self._pursuit.lookahead], dtype=torch.float64)
+        wanted, ahead = self._reference(times).numpy()
+        action = self._pursuit.towards(wanted, ahead, state)
         behind = (wanted[:2] - np.asarray(state)[:2]) @ wanted[[3, 2]]
         pace = np.clip(1.0 - (behind - LATE) / (LOST - LATE), 0.0, 1.0)
         self.times.append(self.times[-1] + float(pace) * self._robot.dt)

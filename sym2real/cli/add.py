@@ -15,7 +15,10 @@ from sym2real.errors import ModelError
 
 if TYPE_CHECKING:
     from sym2real.diagnosis import Tried
+    from sym2real.effects import Effect
     from sym2real.symbolic import Equations
+
+    Chosen = Sequence[tuple[Effect, dict[str, float]]]
 
 
 @dataclass(frozen=True)
@@ -51,7 +54,6 @@ class Add(OfFit):
 
     def run(self, console: Console) -> dict[str, Any]:
         """Fit if asked to, compose, print, write."""
-        from sym2real.cli.chosen_effects import beyond_bounds, chosen_effects, require_values
         from sym2real.cli.found import write_simulator
         from sym2real.cli.model import equations_below, require_another_folder
         from sym2real.diagnosis import add, add_term
@@ -62,30 +64,17 @@ class Add(OfFit):
         require_patterns(self.exclude)
         require_another_folder(self.model, self.out)
         base, about_model = equations_below(self.model, console)
-        terms = [text.removeprefix(TERM).partition("=") for text in self.effects if text.startswith(TERM)]
-        named = [text for text in self.effects if not text.startswith(TERM)]
-        effects = chosen_effects(named, base)
-        chosen = [(put_in.key, values) for put_in, values in effects]
-        if not chosen and not terms:
-            raise ModelError("expected an effect and its values, found none; `sym2real effects` lists them")
+        effects, terms = self._wanted(base)
         result: dict[str, Any] = {}
-        for option in ("held_out", "spec", "columns", "exclude", "horizon"):
-            if getattr(self, option) and not self.fit:
-                raise ModelError(f"--{option.replace('_', '-')}: expected --fit LOG… beside it, found none")
         if self.fit:
-            if not chosen or any(values for _, values in chosen):
-                raise ModelError("--fit finds the values of effects: expected their names alone")
-            tried = self._fitted(base, [key for key, _ in chosen], console)
-            chosen = [(found.effect, found.values) for found in tried.findings]
+            tried = self._fitted(base, effects, console)
+            chosen, result = [(found.effect, found.values) for found in tried.findings], tried.to_dict()
             for finding in tried.findings:
                 base = finding.bound(base)
-            result = tried.to_dict()
         else:
-            require_values(effects, ", or --fit LOG to find it")
-            for line in beyond_bounds(effects):
-                console.print(f"warning: {line}", markup=False)
+            chosen = self._given(effects, console)
         changed = add(base, chosen)
-        for channel, _, expression in terms:
+        for channel, expression in terms:
             changed = add_term(changed, channel, expression)
         save_model(changed, self.out)
         for note in (note for note in changed.notes if note not in result.get("notes", ())):
@@ -96,19 +85,44 @@ class Add(OfFit):
         if chosen:
             write_simulator(changed, self.out / "simulator", console)
         added: list[dict[str, Any]] = [{"effect": key, "values": values} for key, values in chosen]
-        added += [{"effect": f"{TERM}{channel}", "expression": expression} for channel, _, expression in terms]
+        added += [{"effect": f"{TERM}{channel}", "expression": expression} for channel, expression in terms]
         about = {"notes": [*about_model, *result.get("notes", ())]} if about_model else {}
         return {"model": self.out, "effects": added, "latex": changed.latex(), **result, **about}
 
-    def _fitted(self, base: Equations, keys: Sequence[str], console: Console) -> Tried:
+    def _wanted(self, base: Equations) -> tuple[Chosen, list[tuple[str, str]]]:
+        """The effects with their values, and terms, each a channel and an expression."""
+        from sym2real.cli.chosen_effects import chosen_effects
+        from sym2real.effects.known_effects import TERM
+
+        terms = [text.removeprefix(TERM).partition("=") for text in self.effects if text.startswith(TERM)]
+        effects = chosen_effects([text for text in self.effects if not text.startswith(TERM)], base)
+        if not effects and not terms:
+            raise ModelError("expected an effect and its values, found none; `sym2real effects` lists them")
+        for option in ("held_out", "spec", "columns", "exclude", "horizon"):
+            if getattr(self, option) and not self.fit:
+                raise ModelError(f"--{option.replace('_', '-')}: expected --fit LOG… beside it, found none")
+        return effects, [(channel, expression) for channel, _, expression in terms]
+
+    def _given(self, effects: Chosen, console: Console) -> list[tuple[str, dict[str, float]]]:
+        from sym2real.cli.chosen_effects import beyond_bounds, require_values
+
+        require_values(effects, ", or --fit LOG to find it")
+        for line in beyond_bounds(effects):
+            console.print(f"warning: {line}", markup=False)
+        return [(put_in.key, values) for put_in, values in effects]
+
+    def _fitted(self, base: Equations, effects: Chosen, console: Console) -> Tried:
         from sym2real.cli.found import plain_simulator
         from sym2real.cli.progress import stages_progress
         from sym2real.diagnosis import try_effect
         from sym2real.report.diagnosis import tried_report
 
+        if not effects or any(values for _, values in effects):
+            raise ModelError("--fit finds the values of effects: expected their names alone")
         data, told = self.read(base, self.fit)
+        keys, simulator = [put_in.key for put_in, _ in effects], plain_simulator(base)
         with stages_progress() as on_progress:
-            tried = try_effect(base, keys, data, plain_simulator(base), **told, on_progress=on_progress)
+            tried = try_effect(base, keys, data, simulator, **told, on_progress=on_progress)
         console.print(tried_report(tried))
         return tried
 

@@ -1,14 +1,19 @@
 """``sym2real simulate``: flights and drives in the simulator, without a model."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from rich.console import Console
 
 from sym2real.cli.numbers import OptionalSeconds, Seed, steps_in
 from sym2real.cli.positionals import JsonFile, RobotPlace, TaskName
 from sym2real.errors import ModelError
+
+if TYPE_CHECKING:
+    from sym2real.plants import MujocoPlant
 
 
 @dataclass(frozen=True)
@@ -49,35 +54,16 @@ class Simulate:
 
     def run(self, console: Console) -> dict[str, Any]:
         """Fly, print the figures, write the log."""
-        import numpy as np
-
         from sym2real.adaptation import tracking_error
-        from sym2real.cli.chosen_effects import beyond_bounds, chosen_effects, require_values
         from sym2real.control import RandomCommands, geometric_controller
-        from sym2real.experiments.models import robot_called
-        from sym2real.experiments.standard_conditions import sensors
         from sym2real.layout import unit_of_place
         from sym2real.logs import write_log
-        from sym2real.plants import MujocoPlant, load_plant, run_episode
-        from sym2real.symbolic.storage import EQUATIONS
+        from sym2real.plants import run_episode
         from sym2real.tasks import make_task
 
-        of_simulator = Path(self.robot).is_dir() and not (Path(self.robot) / EQUATIONS).exists()
-        written = load_plant(self.robot) if of_simulator else None
-        robot = robot_called(self.robot) if written is None else written.robot
+        plant = self._plant(console)
+        robot = plant.robot
         task = make_task(self.task, robot)
-        effects = chosen_effects(self.effects, robot)
-        require_values(effects)
-        for line in beyond_bounds(effects):
-            console.print(f"warning: {line}", markup=False)
-        changes = [chosen.inject(**values) for chosen, values in effects]
-        if written is not None and changes:
-            raise ModelError(f"{self.robot}: --effects are for a robot's plain simulator; add them to its plant.toml")
-        plant = written or MujocoPlant(robot, changes)
-        if self.noise:
-            noise = sensors(robot, np.random.default_rng(self.seed).spawn(1)[0])
-            # Before the effects: a scale or a bias of a sensor's acts on what it measures.
-            plant = MujocoPlant(robot, (noise, *plant.changes), description=plant.description)
         geometric = self.controller == "geometric"
         controller = geometric_controller(robot, task.reference) if geometric else RandomCommands(robot, seed=self.seed)
         steps = steps_in(self.seconds or task.duration, robot.dt)
@@ -96,3 +82,29 @@ class Simulate:
             markup=False,
         )
         return {"log": self.out, "rows": len(trajectory), "tracking": error, "crashed": crashed}
+
+    def _plant(self, console: Console) -> MujocoPlant:
+        """The simulator, with effects and noise."""
+        import numpy as np
+
+        from sym2real.cli.chosen_effects import beyond_bounds, chosen_effects, require_values
+        from sym2real.experiments.models import robot_called
+        from sym2real.experiments.standard_conditions import sensors
+        from sym2real.plants import MujocoPlant, load_plant
+        from sym2real.symbolic.storage import EQUATIONS
+
+        of_simulator = Path(self.robot).is_dir() and not (Path(self.robot) / EQUATIONS).exists()
+        written = load_plant(self.robot) if of_simulator else None
+        robot = robot_called(self.robot) if written is None else written.robot
+        effects = chosen_effects(self.effects, robot)
+        require_values(effects)
+        for line in beyond_bounds(effects):
+            console.print(f"warning: {line}", markup=False)
+        if written is not None and effects:
+            raise ModelError(f"{self.robot}: --effects are for a robot's plain simulator; add them to its plant.toml")
+        plant = written or MujocoPlant(robot, [chosen.inject(**values) for chosen, values in effects])
+        if not self.noise:
+            return plant
+        noise = sensors(robot, np.random.default_rng(self.seed).spawn(1)[0])
+        # Before the effects: a scale or a bias of a sensor's acts on what it measures.
+        return MujocoPlant(robot, (noise, *plant.changes), description=plant.description)

@@ -11,6 +11,7 @@ from __future__ import annotations
 import time
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from copy import copy
+from dataclasses import dataclass
 from functools import partial
 
 import torch
@@ -123,6 +124,45 @@ def try_effect(
     prepared = prepare(question, Stages(on_progress))
     on_progress(f"fitting {', '.join(keys)}")
     selection, gain = _fitted(prepared, keys)
+    judged = _judged(prepared, keys, selection, on_progress)
+    on_progress("scoring on held-out data")
+    steps = Steps.of(prepared.library, selection, same=held_out is None)
+    horizons = steps.horizons(prepared.scored, horizon)
+    groups = {key: judged.rivals[key] if key in judged.supported else () for key in keys}
+    fitted = _findings(selection, groups, prepared.calibration)
+    stages = steps.ladder(prepared.library, prepared.scored, horizons)
+    floor = floor_of_explained(prepared.library, prepared.scored, selection.fit.values, prepared.whitening, horizons)
+    return Tried(
+        findings=with_advice(fitted, prepared.model, prepared.whitening, prepared.plant),
+        supported=len(judged.supported) == len(keys),
+        gain=gain,
+        beside=judged.beside,
+        refused=tuple(key for key in keys if key not in judged.supported),
+        unneeded=judged.unneeded,
+        outdone=judged.outdone,
+        rivals=tuple(rival for key in keys for rival in _worth_a_line(judged.rivals[key], judged.beside[key])),
+        faults=prepared.checked.faults,
+        ladder=stages,
+        floor=no_higher_than_reached(floor, stages),
+        held_out=steps.names_of(prepared.scored),
+        apart=held_out is not None,
+        notes=(*prepared.notes, *cut_said(horizons, horizon)),
+        seconds=time.perf_counter() - started,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Judged:
+    """What logs say of a hypothesis: arguments as of :class:`Tried`, and by effect what others bring in its place."""
+
+    beside: Mapping[str, float]
+    supported: tuple[str, ...]
+    unneeded: tuple[str, ...]
+    outdone: tuple[str, ...]
+    rivals: Mapping[str, Sequence[Rival]]
+
+
+def _judged(prepared: Prepared, keys: Sequence[str], selection: Selection, on_progress: OnProgress) -> _Judged:
     near = Near(selection, (), by_own_starts(selection, selection.present))
     empty = {own.name: by_own_starts(selection, selection.set_of(*selection.without(own))) for own in selection.chosen}
     beside = {key: 1.0 - near.present.loss / without.loss for key, without in empty.items()}
@@ -132,30 +172,7 @@ def try_effect(
     places = [(own, _in_place(selection, own, others)) for own in selection.chosen]
     rivals = {own.name: _rivals(near, own, empty[own.name], sets) for own, sets in places}
     outdone = tuple(own.name for own, sets in places if sets and _outdone(selection, own, sets[0], rivals[own.name][0]))
-    supported = tuple(key for key in supported if key not in outdone)
-    on_progress("scoring on held-out data")
-    steps = Steps.of(prepared.library, selection, same=held_out is None)
-    horizons = steps.horizons(prepared.scored, horizon)
-    fitted = _findings(selection, {key: rivals[key] if key in supported else () for key in keys}, prepared.calibration)
-    stages = steps.ladder(prepared.library, prepared.scored, horizons)
-    floor = floor_of_explained(prepared.library, prepared.scored, selection.fit.values, prepared.whitening, horizons)
-    return Tried(
-        findings=with_advice(fitted, prepared.model, prepared.whitening, prepared.plant),
-        supported=len(supported) == len(keys),
-        gain=gain,
-        beside=beside,
-        refused=tuple(key for key in keys if key not in supported),
-        unneeded=unneeded,
-        outdone=outdone,
-        rivals=tuple(rival for key in keys for rival in _worth_a_line(rivals[key], beside[key])),
-        faults=prepared.checked.faults,
-        ladder=stages,
-        floor=no_higher_than_reached(floor, stages),
-        held_out=steps.names_of(prepared.scored),
-        apart=held_out is not None,
-        notes=(*prepared.notes, *cut_said(horizons, horizon)),
-        seconds=time.perf_counter() - started,
-    )
+    return _Judged(beside, tuple(key for key in supported if key not in outdone), unneeded, outdone, rivals)
 
 
 def _supported(

@@ -60,8 +60,15 @@ def summary(
     gate: Gate,
     stages: Sequence[Stage],
     interrupted: str = "",
+    suspect: tuple[str, float] | None = None,
 ) -> str:
-    """One sentence a person reads, the verdict first; ``interrupted`` is what was, search or scoring, if anything."""
+    """One sentence a person reads, the verdict first.
+
+    Args:
+        answer, faults, findings, leftovers, gate, stages: what it is made of.
+        interrupted: what was, search or scoring, if anything.
+        suspect: an effect that explains so much of what is left, but not beyond chance.
+    """
     left = [f"{leftover.statement} ({leftover.measure})" for leftover in leftovers if leftover.matters]
     rest = [f"{leftover.statement} is left ({leftover.measure})" for leftover in leftovers]
     minor = [said for said, leftover in zip(rest, leftovers, strict=True) if not leftover.matters]
@@ -82,6 +89,8 @@ def summary(
         parts += [*_beside(findings, gate, leftovers), *minor]
     elif answer == "NOTHING_MISSING":
         parts += ["nothing is missing beyond noise and small disturbances", *rest, *_small(findings)]
+    elif suspect:
+        parts += [_suspected(*suspect), *rest]
     else:
         parts += [*_no_answer(findings, gate, interrupted), *rest]
     if interrupted and answer != "CANNOT_TELL":
@@ -140,6 +149,14 @@ def _no_answer(findings: Sequence[Finding], gate: Gate, interrupted: str) -> lis
         parts = [f"no answer: {interrupted} was interrupted before it ended"]
         return [*parts, f"found by then: {found}"] if findings else parts
     return [f"no answer: {_beyond_chance(findings)}, but {_not_borne_out(findings, gate)}"]
+
+
+def _suspected(effect: str, part: float) -> str:
+    tried = f"`sym2real add MODEL {effect} --fit LOGS` says how well it fits, more logs of such motions decide"
+    return (
+        f"no answer: {effect} would explain {100 * part:.0f} % of what is missing, "
+        f"but too few independent pieces of these logs tell of it: {tried}"
+    )
 
 
 def _beyond_chance(findings: Sequence[Finding]) -> str:

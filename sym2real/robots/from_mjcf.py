@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -83,44 +83,23 @@ def from_mjcf(
     model, data = columns.opened(file)
     known = columns.state_columns(model)
     wanted = _named(columns.names_of(model, "actuator") if actions is None else actions, known)
-    start, wheels = data.qpos.copy(), None
-    if planar.asked(state):
-        data = planar.facing_x(model, data)
-        wheels = planar.Wheels.of(model, data)
-    chosen = _state(known, state) if wheels is None else Layout.of(planar.STATE)
-    layouts = columns.layouts_of(model, chosen, wanted)
     if not wanted:
         raise ModelError(
             "expected actuators, the robot's actions, found none: give the file an <actuator> section"
             " (a URDF has none; mujoco.mj_saveLastXML writes it as an MJCF)"
         )
+    if planar.asked(state):
+        motion = _in_a_plane(model, data, wanted)
+    elif columns.FREE in model.jnt_type:
+        motion = _in_space(model, data, wanted, _state(known, state))
+    else:
+        motion = _of_joints(model, data, wanted, _state(known, state))
+    layouts, period = motion.layouts, _period(model, dt)
     actuators = [model.actuator(actuator_name).id for actuator_name in wanted]
-    places = [known[column][1] for column in layouts.state if column in known]
-    standing = np.concatenate([data.qpos, np.zeros(model.nv)])
-    simulated = columns.Coordinates(places, standing, model.nq, actuators, model.nu)
-    coordinates: columns.Coordinates | planar.PlanarCoordinates = simulated
     low, high = columns.ranges_of(model, actuators)
     moving = model.body_weldid != 0  # a table in the scene is none of the robot's mass
-    own = {"mass": float(model.body_mass[moving].sum())} | _joint_numbers(model, columns.inertias(model, data))
-    resting = data.ctrl[actuators]
-    quantities = columns.quantities_of(model) + _derived_rates(model, layouts.state)
-    own |= _ranges(layouts.action, low, high) | strengths(model, actuators, np.maximum(-low, high))
-    if wheels is not None:
-        layouts = replace(layouts, inputs=planar.inputs_of(model))
-        coordinates = planar.PlanarCoordinates(wheels, data.qpos.copy(), model.nv)
-        own |= wheels.numbers(model, data, wanted)
-        against = against_rolling(model, wheels)
-        quantities += () if against else (DRILLING,)
-    elif columns.FREE in model.jnt_type:
-        against = against_flying(model, data, wanted)
-        if not against:
-            craft = Rotorcraft.of(model, data, actuators)
-            own |= craft.numbers
-            quantities += (THRUST_COLUMN, *MOTOR_TORQUES)
-            resting = resting if model.nkey else np.full(len(actuators), craft.hovering)
-    else:
-        against = against_tree(model, layouts.state)
-    described, period = rigid_body is not None or not against, _period(model, dt)
+    own = {"mass": float(model.body_mass[moving].sum())} | _joint_numbers(model, columns.inertias(model, motion.data))
+    own |= _ranges(layouts.action, low, high) | strengths(model, actuators, np.maximum(-low, high)) | motion.numbers
     return Robot(
         name=name or Path(file).stem,
         layouts=layouts,
@@ -129,22 +108,90 @@ def from_mjcf(
         description=Description(
             mjcf=file,
             physics_dt=float(model.opt.timestep),
-            start=coordinates.to_state(start, np.zeros(model.nv)),
-            rest=np.clip(resting, low, high),
-            to_state=coordinates.to_state,
-            to_coordinates=coordinates.to_coordinates,
-            to_control=simulated.to_control,
+            start=motion.coordinates.to_state(data.qpos.copy(), np.zeros(model.nv)),
+            rest=np.clip(motion.resting, low, high),
+            to_state=motion.coordinates.to_state,
+            to_coordinates=motion.coordinates.to_coordinates,
+            to_control=partial(columns.controls_of, actuators, model.nu),
             body=_free_body(model),
-            crash=_crash(model) if wheels is None else "rolled over",
-            quantities=quantities,
+            crash=motion.crash,
+            quantities=columns.quantities_of(model) + _derived_rates(model, layouts.state) + motion.quantities,
             actuators=wanted,
         ),
-        recipe=recipe or default_recipe(model, layouts.state, wanted, high - low, described),
+        recipe=recipe
+        or default_recipe(model, layouts.state, wanted, high - low, rigid_body is not None or not motion.uncovered),
         numbers=own | dict(numbers or {}),
         mppi=mppi or MPPISettings(horizon=HORIZON * period, noise=tuple(NOISE * (high - low))),
         rigid_body=rigid_body or cache(partial(_equations, file, layouts, wanted, period)),
         title=title,
     ).at_period(period)
+
+
+@dataclass(frozen=True, eq=False)
+class _Motion:
+    """What the way in which a robot moves decides: in a plane on wheels, free in space, or by its joints alone.
+
+    Args:
+        data: where its masses are taken.
+        uncovered: why it has no first-principles equations; empty where it has.
+        resting: its action at rest ``# (action,)``.
+    """
+
+    data: mujoco.MjData
+    layouts: Layouts
+    coordinates: columns.Coordinates | planar.PlanarCoordinates
+    crash: Crash
+    uncovered: Sequence[str]
+    resting: Array
+    numbers: dict[str, float] = field(default_factory=dict)
+    quantities: tuple[str, ...] = ()
+
+
+def _in_a_plane(model: mujoco.MjModel, data: mujoco.MjData, actions: Mapping[str, str]) -> _Motion:
+    layouts = columns.layouts_of(model, Layout.of(planar.STATE), actions)
+    facing = planar.facing_x(model, data)
+    wheels = planar.Wheels.of(model, facing)
+    uncovered = against_rolling(model, wheels)
+    return _Motion(
+        facing,
+        replace(layouts, inputs=planar.inputs_of(model)),
+        planar.PlanarCoordinates(wheels, facing.qpos.copy(), model.nv),
+        "rolled over",
+        uncovered,
+        _controls(model, facing, actions),
+        wheels.numbers(model, facing, actions),
+        () if uncovered else (DRILLING,),
+    )
+
+
+def _in_space(model: mujoco.MjModel, data: mujoco.MjData, actions: Mapping[str, str], state: Layout) -> _Motion:
+    motion = _of_joints(model, data, actions, state)
+    motion = replace(motion, crash="contact", uncovered=against_flying(model, data, actions))
+    if motion.uncovered:
+        return motion
+    craft = Rotorcraft.of(model, data, [model.actuator(name).id for name in actions])
+    resting = motion.resting if model.nkey else np.full(len(actions), craft.hovering)
+    quantities = (THRUST_COLUMN, *MOTOR_TORQUES)
+    return replace(motion, resting=resting, numbers=craft.numbers, quantities=quantities)
+
+
+def _of_joints(model: mujoco.MjModel, data: mujoco.MjData, actions: Mapping[str, str], state: Layout) -> _Motion:
+    layouts, known = columns.layouts_of(model, state, actions), columns.state_columns(model)
+    places = [known[column][1] for column in layouts.state]
+    standing = np.concatenate([data.qpos, np.zeros(model.nv)])
+    return _Motion(
+        data,
+        layouts,
+        columns.Coordinates(places, standing, model.nq),
+        "joint range" if model.jnt_limited.any() else "never",
+        against_tree(model, layouts.state),
+        _controls(model, data, actions),
+    )
+
+
+def _controls(model: mujoco.MjModel, data: mujoco.MjData, actions: Mapping[str, str]) -> Array:
+    """Of the first keyframe ``# (action,)``."""
+    return np.asarray(data.ctrl[[model.actuator(name).id for name in actions]])
 
 
 def default_recipe(
@@ -229,12 +276,6 @@ def _pushes(inputs: Layout, numbers: Mapping[str, float]) -> dict[str, float]:
 def _free_body(model: mujoco.MjModel) -> str:
     free = np.flatnonzero(model.jnt_type == columns.FREE)
     return str(model.body(model.jnt_bodyid[free[0]]).name) if len(free) else ""
-
-
-def _crash(model: mujoco.MjModel) -> Crash:
-    if _free_body(model):
-        return "contact"
-    return "joint range" if model.jnt_limited.any() else "never"
 
 
 def _derived_rates(model: mujoco.MjModel, state: Layout) -> tuple[str, ...]:

@@ -42,6 +42,7 @@ FREE, BALL, SLIDE, HINGE = (
     int(getattr(mujoco.mjtJoint, f"mjJNT_{name}")) for name in ("FREE", "BALL", "SLIDE", "HINGE")
 )
 BY_JOINT = int(mujoco.mjtTrn.mjTRN_JOINT)
+POSES = 256  # over the ranges of joints, at which inertias are looked at
 # Field of the actions, and its unit, of an actuator on a slide and of one on a hinge, by what it is told.
 TOLD = {
     "force": (("actuator force", "N"), ("actuator torque", "N m")),
@@ -58,15 +59,11 @@ class Coordinates:
         places: of every state column in qpos and qvel, one after the other ``# (state,)``.
         standing: qpos and qvel of what the state does not say ``# (nq + nv,)``.
         positions: length of qpos.
-        controls: place of every action among the actuators ``# (action,)``.
-        actuators: their number.
     """
 
     places: list[int]
     standing: Array
     positions: int
-    controls: list[int]
-    actuators: int
 
     def to_state(self, qpos: Array, qvel: Array) -> Array:
         """States ``# (..., state)``."""
@@ -80,11 +77,18 @@ class Coordinates:
         whole[self.places] = state
         return whole[: self.positions], whole[self.positions :]
 
-    def to_control(self, actions: Array) -> Array:
-        """Controls of all actuators ``# (..., nu)``; those that are no action stay at zero."""
-        controls = np.zeros((*actions.shape[:-1], self.actuators))
-        controls[..., self.controls] = actions
-        return controls
+
+def controls_of(places: list[int], number: int, actions: Array) -> Array:
+    """Controls of all actuators ``# (..., number)``; those that are no action stay at zero.
+
+    Args:
+        places: of every action among the actuators ``# (action,)``.
+        number: of actuators.
+        actions: ``# (..., action)``.
+    """
+    controls = np.zeros((*actions.shape[:-1], number))
+    controls[..., places] = actions
+    return controls
 
 
 def names_of(model: mujoco.MjModel, kind: str) -> list[str]:
@@ -263,6 +267,24 @@ def inertias(model: mujoco.MjModel, data: Any) -> Array:
     whole = np.zeros((model.nv, model.nv))
     mujoco.mj_fullM(model, data, whole)
     return whole
+
+
+def inertias_over_range(model: mujoco.MjModel) -> list[Array]:
+    """The same at the first keyframe and all over the ranges of the joints; a hinge without one turns a whole turn.
+
+    Of a robot of hinges and slides: an arm that is stretched out weighs many times as much on its first joint as one
+    that is folded.
+    """
+    from scipy.stats.qmc import Halton  # noqa: PLC0415 — heavy, and only needed for equations
+
+    data = data_at_start(model)
+    found, turns = [inertias(model, data)], (model.jnt_type == mujoco.mjtJoint.mjJNT_HINGE)[:, None]
+    ranges = np.where(model.jnt_limited[:, None] != 0, model.jnt_range, np.pi * turns * np.array([-1.0, 1.0]))
+    for place in Halton(model.njnt, rng=0).random(POSES):
+        data.qpos[:] = ranges[:, 0] + place * (ranges[:, 1] - ranges[:, 0])
+        mujoco.mj_forward(model, data)
+        found.append(inertias(model, data))
+    return found
 
 
 def layouts_of(model: mujoco.MjModel, state: Layout, actions: Mapping[str, str]) -> Layouts:

@@ -6,7 +6,8 @@ Continuous time, for coordinates q and their rates::
 
 M by the composite-rigid-body algorithm, c by recursive Newton–Euler (:mod:`sym2real.robots.spatial`), q̈ by
 elimination. Discrete time: the classical Runge–Kutta method in as many parts of a period as the joint needs that brakes
-fastest, actions and pushes held: local error fifth order. Every lengthy intermediate result has a name.
+fastest, in whatever pose, actions and pushes held: local error fifth order. Every lengthy intermediate result has a
+name.
 
 Effects bind to these quantities: ``gravity_x``, ``gravity_y``, ``gravity_z`` (m/s², world axes); of joint J
 ``armature_J`` (kg or kg m², inertia that turns with its motor), ``damping_J`` and ``friction_J`` (dry, N or N m); and
@@ -59,8 +60,9 @@ def multibody(model: mujoco.MjModel, layouts: Layouts, actions: Mapping[str, str
             f"{' and '.join(found)}: {LEARN}"
         )
     links = links_of(model)
-    inertia, brakes = columns.inertias(model, columns.data_at_start(model)), np.diag(braking(model))
-    build = Build({}, dt, parts_of(fastest(inertia, brakes), dt))
+    brakes = np.diag(braking(model))
+    decay = max(fastest(inertia, brakes) for inertia in columns.inertias_over_range(model))
+    build = Build({}, dt, parts_of(decay, dt))
     build.quantities |= {
         name: as_expression(value) for name, value in zip(GRAVITY_COMPONENTS, model.opt.gravity, strict=True)
     }

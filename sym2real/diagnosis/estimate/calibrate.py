@@ -197,5 +197,9 @@ def cleaned(problems: Problems, fit: Fit, own: Calibration | None) -> Fit:
     shift = own.scores(fit.whole, problems.problem.log_names)
     moved = replace(fit, gradient=fit.gradient - problems.whitening.trust[:, None] * shift)
     step = problems.sure_step(moved, fit)
-    gradient = moved.gradient + torch.einsum("sab,b->sa", fit.curvature, step)
-    return replace(moved, values=problems.moved(moved, step), gradient=gradient)
+    values, without = problems.moved(moved, step), fit.values.clone()
+    without[list(fit.free)] = own.origin[list(fit.free)]
+    there, nothing = problems.totals([values, without]).tolist()
+    if there > max(nothing, fit.total):  # the base does not do in these logs what it does there
+        return fit
+    return replace(moved, values=values, gradient=moved.gradient + torch.einsum("sab,b->sa", fit.curvature, step))

@@ -148,29 +148,49 @@ def _change(log: Trajectory, column: str, of: str) -> Array:
 
 
 def _reading(told: Sequence[Told], column: str, of: str, honest: float) -> Reading | None:
+    """None where there are too few stretches, or the sensor does not go with what it is the rate of."""
     dt = float(np.median(np.concatenate([np.diff(time) for time, _, _ in told])))
     length = max(5, round(STRETCH / dt))
     tables = {rows: _stretches(told, length, rows) for rows in range(EARLIEST, LATEST + 1)}
     if len(tables[0]) < SETTINGS.sensor_stretches:
         return None
+    noise = float(np.median([noise_level(values[:, None]) for _, values, _ in told]) * dt * np.sqrt(length))
+    of_angle = float(np.median([noise_level(np.cumsum(change)[:, None]) for _, _, change in told]))
+    moved = _shift(tables, dt, honest, noise**2 + 2.0 * of_angle**2)
+    if moved is None:
+        return None
+    # A lag that is none was chosen for errors that it makes small: scale and bias read there take these errors up.
+    rows, shift = moved
+    found = _scale_and_bias(tables[rows], noise)
+    if found is None:
+        return None
+    together = float(np.corrcoef(tables[rows][:, 0], tables[rows][:, 1])[0, 1])
+    return Reading(column, POSITION.name if of in POSITION.columns else of, *found, shift, together)
+
+
+def _shift(tables: Mapping[int, Array], dt: float, honest: float, variance: float) -> tuple[int, float] | None:
+    """Rows that the sensor is late, and s; zeros within what is honest, None where it does not go along.
+
+    Args:
+        tables: stretches by rows that the sensor is moved.
+        variance: of what noise alone leaves of a stretch.
+    """
     left = {rows: float(_fit(table)[2].var()) for rows, table in tables.items()}
     rows = min(left, key=lambda lag: left[lag])
     # A likelihood ratio, which must be as far beyond chance as the rest.
     if len(tables[0]) * np.log(max(left[0], 1e-300) / max(left[rows], 1e-300)) < SETTINGS.sensor_deviations**2:
         rows = 0
-    noise = float(np.median([noise_level(values[:, None]) for _, values, _ in told]) * dt * np.sqrt(length))
-    of_angle = float(np.median([noise_level(np.cumsum(change)[:, None]) for _, _, change in told]))
     (inverse, _, late), covariance, _ = _fit(tables[rows])
     if inverse <= 0:
         return None
     shift = rows * dt + late / inverse
-    shifted = (
-        abs(shift) > SETTINGS.sensor_deviations * sqrt(covariance[2, 2]) / inverse
-        and abs(shift) > honest * dt
-        and _misses_more(tables[0], noise**2 + 2.0 * of_angle**2)
-    )
-    # A lag that is none was chosen for errors that it makes small: scale and bias read there take these errors up.
-    table = tables[rows] if shifted else tables[0]
+    beyond_chance = abs(shift) > SETTINGS.sensor_deviations * sqrt(covariance[2, 2]) / inverse
+    shifted = beyond_chance and abs(shift) > honest * dt and _misses_more(tables[0], variance)
+    return (rows, shift) if shifted else (0, 0.0)
+
+
+def _scale_and_bias(table: Array, noise: float) -> tuple[float, float] | None:
+    """As of :class:`Reading`, for white noise of this size in ∫w; None where the sensor does not go along."""
     (inverse, constant, _), covariance, _ = _fit(table)
     if inverse <= 0:
         return None
@@ -187,14 +207,7 @@ def _reading(told: Sequence[Told], column: str, of: str, honest: float) -> Readi
     )
     usual = SETTINGS.sensor_bias * max(1.0, scale)
     biased = abs(constant) > SETTINGS.sensor_deviations * spread[1] + turned_by and abs(bias) > usual
-    return Reading(
-        column,
-        POSITION.name if of in POSITION.columns else of,
-        scale if scaled else 1.0,
-        bias if biased else 0.0,
-        shift if shifted else 0.0,
-        correlation=float(np.corrcoef(table[:, 0], table[:, 1])[0, 1]),
-    )
+    return scale if scaled else 1.0, bias if biased else 0.0
 
 
 def _stretches(told: Sequence[Told], length: int, rows: int) -> Array:

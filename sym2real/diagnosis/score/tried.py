@@ -100,8 +100,12 @@ class Tried:
         if self.outdone:
             return f"The logs do not ask for {sentence}{self._better}, and leaves too little for it."
         if not self.supported:
-            needed = f"up to {_percent(SETTINGS.gain_of(len(self.findings)))} and more than chance are needed"
-            return f"The logs do not ask for {sentence}, {needed}{self._refused}{self._better}."
+            needed = SETTINGS.gain_of(len(self.findings))
+            if min(self.beside[key] for key in self.refused) > needed:
+                few = "but too few independent pieces of these logs tell of it to rule out chance"
+                return f"The logs do not establish {sentence}, {few}{self._refused}{self._better}."
+            least = f"up to {_percent(needed)} is needed"
+            return f"The logs do not ask for {sentence}; {least}{self._refused}{self._better}."
         return f"The logs ask for {sentence}{self._better or self._others}."
 
     @property

@@ -23,6 +23,7 @@ from sym2real.logs import read_log as read_log
 from sym2real.logs import read_logs as read_logs
 from sym2real.logs import write_log as write_log
 from sym2real.neural import ResidualTraining as ResidualTraining
+from sym2real.neural import open_model as open_model
 from sym2real.plants import EquationsPlant as EquationsPlant
 from sym2real.plants import ModelPlant as ModelPlant
 from sym2real.plants import MujocoPlant as MujocoPlant

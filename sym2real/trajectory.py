@@ -6,9 +6,11 @@ Arrays are float64 NumPy; torch enters where models do.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from math import inf
+from numbers import Real
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -37,6 +39,40 @@ def check_shape(name: str, values: Array, rows: int, layout: Layout) -> None:
         raise ShapeError(
             f"{name} must have shape ({rows}, {layout.size}) for columns {layout.columns}, found {values.shape}"
         )
+
+
+def check_columns(name: str, shape: Sequence[int], layout: Layout) -> None:
+    """Refuse values of another number of columns ``# (..., columns)``, by a ShapeError that names them."""
+    if not shape or shape[-1] != layout.size:
+        columns, found = " ".join(layout) or "none", tuple(shape)
+        raise ShapeError(f"{name}: expected (..., {layout.size}), columns {columns}, found shape {found}")
+
+
+def numbers_of(name: str, values: ArrayLike) -> Array:
+    """Float64 of what a user gives, tensors with a gradient included.
+
+    Raises:
+        ShapeError: for what holds no numbers, or rows of several lengths.
+    """
+    plain = values.detach() if hasattr(values, "detach") else values
+    try:
+        return np.asarray(plain, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ShapeError(f"{name}: expected an array of numbers, found {values!r:.80}") from None
+
+
+def seconds_of(time: ArrayLike) -> Array:
+    """Stamps in s ``# (rows,)``; of dates, from the first one on."""
+    stamps = np.asarray(time)
+    if stamps.dtype.kind in "Mm":
+        stamps = (stamps - stamps[0]) / np.timedelta64(1, "s")
+    return numbers_of("time", stamps)
+
+
+def _even(dt: object, rows: int) -> Array:
+    if not (isinstance(dt, Real) and 0.0 < float(dt) < inf):
+        raise ShapeError(f"dt: expected a time step of more than 0 s, found {dt!r:.80}")
+    return np.arange(rows, dtype=np.float64) * float(dt)
 
 
 def require_finite(log: Trajectory) -> None:
@@ -131,22 +167,21 @@ class Trajectory:
             state: measured states; row k before action k ``# (rows, state)``.
             action: as sent ``# (rows, action)``.
             layouts: what the columns mean: ``model.layouts``, ``robot.layouts``, or ``Layouts.of(names)``.
-            time: stamps in s ``# (rows,)``.
+            time: stamps in s, or dates ``# (rows,)``.
             dt: time step in s, where there are no stamps.
             inputs: known inputs; zero by default ``# (rows, inputs)``.
             name: what to call it.
 
         Raises:
-            ShapeError: when shapes do not fit, or there is neither ``time`` nor ``dt``.
+            ShapeError: when shapes do not fit, for what are no numbers, or with neither or both of ``time`` and ``dt``.
         """
-        if time is not None and dt is None:
-            stamps = np.asarray(time, dtype=np.float64)
-        elif dt is not None and time is None:
-            stamps = np.arange(len(np.asarray(state)), dtype=np.float64) * dt
-        else:
+        if not isinstance(layouts, Layouts):
+            raise ShapeError(f"layouts: expected Layouts, as of a model or Layouts.of(names), found {layouts!r:.80}")
+        if (time is None) == (dt is None):
             raise ShapeError(f"expected either time or dt, found {'neither' if dt is None else 'both'}")
-        states, actions = (np.asarray(values, dtype=np.float64) for values in (state, action))
-        given = np.zeros((len(states), layouts.inputs.size)) if inputs is None else np.asarray(inputs, dtype=np.float64)
+        states, actions = numbers_of("state", state), numbers_of("action", action)
+        stamps = seconds_of(time) if time is not None else _even(dt, len(states))
+        given = np.zeros((len(states), layouts.inputs.size)) if inputs is None else numbers_of("inputs", inputs)
         return cls(stamps, states, actions, given, layouts, name=name)
 
     @classmethod

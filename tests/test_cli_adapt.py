@@ -104,7 +104,7 @@ def test_logs_one_a_round_and_their_effects_in_the_equations(place: Path) -> Non
         ("base drives circle", "TASK: nothing flies with the logs of"),
         ("base mushr circle --spec mushr_steering_offset", "--spec is for logs"),
         ("flyer drives", "drive_0.csv"),
-        ("base base", "files that end in"),
+        ("base base", "TASK: expected what to fly in base"),
         ("base drives --out base", "another place for --out, found what this command reads as model"),
         ("base drives --out changed", "holds a model that was not adapted there"),
     ],

@@ -112,6 +112,14 @@ def test_findings_that_improve_no_prediction_are_no_answer() -> None:
     assert "attitude after 0.8 s rises by 20 %" in gate_line(worse, Fall(0.8, "position", 0.5))
 
 
+def test_effects_that_too_few_pieces_tell_of_are_named() -> None:
+    said = summary("CANNOT_TELL", (), (), (), gate=Gate(), stages=(), suspects={"drag": 0.97, "lag": 0.93})
+    assert said.startswith(
+        "No answer: drag or lag would explain 97 % of what is missing, but too few independent pieces"
+    )
+    assert "`sym2real add MODEL drag --fit LOGS`" in said
+
+
 def test_what_changes_no_prediction_is_not_missing() -> None:
     """A healthy flight whose delay is truly 5 ms: known beyond chance, and of no use to anybody."""
     delay = Finding("delay", {"value": about(0.005, 0.001, "s")}, 0.3, small=True)

@@ -119,6 +119,25 @@ def test_a_file_of_the_package_is_known_by_its_name_unless_it_is_asked_otherwise
     assert robot_called(str(tmp_path / "faster")).dt == pytest.approx(0.01)
 
 
+def test_a_changed_file_is_a_target_that_the_plain_model_meets(
+    refused: Refused, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("links.xml").write_text(two_links.MJCF)
+    Path("heavier.xml").write_text(two_links.MJCF.replace('mass="', 'mass="1'))
+    for name in ("links", "heavier"):
+        main(["nominal", "mjcf", f"{name}.xml", "--out", name])
+    flown = ["--seconds", "0.4", "--samples", "64"]
+    plain, other = (
+        result_of(["run", "links", "regulate", *flown, *target], tmp_path)["final"]
+        for target in ([], ["--plant", "heavier"])
+    )
+    assert other != plain
+    said = result_of(["adapt", "links", "heavier", "regulate", "--dry-run", "--out", "adapted"], tmp_path)
+    assert said
+    assert "heavier" in refused("run crazyflie hover --plant heavier")
+
+
 def test_actuators_and_period_are_chosen_on_the_command_line(tmp_path: Path) -> None:
     (tmp_path / "links.xml").write_text(two_links.MJCF)
     asked = ["nominal", "mjcf", str(tmp_path / "links.xml"), "--actions", "tau2=elbow", "--dt", "0.005"]

@@ -11,8 +11,9 @@ import whole_way
 
 from sym2real.adaptation import StageOne
 from sym2real.cli import main
+from sym2real.control import geometric_controller
 from sym2real.dataset import Dataset
-from sym2real.diagnosis import compare, diagnose
+from sym2real.diagnosis import compare, diagnose, try_effect
 from sym2real.diagnosis.estimate.simulator import flown_along
 from sym2real.effects import applicable, effect
 from sym2real.effects.body import Body
@@ -20,8 +21,9 @@ from sym2real.errors import DataError, ModelError, ShapeError, UnknownNameError
 from sym2real.experiments.learning import learn_in_simulation
 from sym2real.experiments.models import open_model
 from sym2real.experiments.noisy_runs import Effects, noisy_runs
+from sym2real.experiments.standard_conditions import sensors
 from sym2real.logs import read_log
-from sym2real.plants import MujocoPlant
+from sym2real.plants import MujocoPlant, run_episode
 from sym2real.robots import ROBOTS, Robot
 from sym2real.robots.mjcf_columns import inertias, opened
 from sym2real.symbolic import Equations, compile_model, load_model, save_model
@@ -169,6 +171,44 @@ FOLDING = """
   </actuator>
 </mujoco>
 """
+
+
+def regulated(robot: Robot, hidden: str, value: float, count: int) -> list[Trajectory]:
+    """Noisy runs to where the task begins, and rest there for nearly all of the time."""
+    task, logs = make_task("regulate", robot), []
+    for seed in range(count):
+        noise = sensors(robot, np.random.default_rng(seed).spawn(1)[0])
+        plant = MujocoPlant(robot, [noise, effect(hidden, robot).inject(value=value)])
+        controller = geometric_controller(robot, task.reference)
+        logs.append(run_episode(plant, controller, task, seed=seed, name=f"run{seed}"))
+    return logs
+
+
+@pytest.mark.slow
+def test_a_hidden_effect_that_a_second_of_two_logs_shows_is_named_and_not_established() -> None:
+    robot = Robot.from_mjcf(FOLDING)
+    base, logs, simulator = robot.nominal(), regulated(robot, "joint_damping:tilt", 4.0, 2), MujocoPlant(robot)
+    found = diagnose(base, logs, simulator)
+    assert found.verdict == "CANNOT_TELL"
+    assert not found.findings
+    assert "joint_damping:tilt" in found.summary.partition(" would explain ")[0]
+    tried = try_effect(base, "joint_damping:tilt", logs, simulator, exclude=["*"])
+    assert not tried.supported
+    assert "too few independent pieces" in tried.summary
+
+
+def test_a_joint_at_its_end_is_what_ended_the_episode(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "turret.xml").write_text(FOLDING.replace('range="-80 80"', 'range="0 80"'))
+    main(["nominal", "mjcf", str(tmp_path / "turret.xml"), "--out", str(tmp_path / "turret")])
+    main(["simulate", str(tmp_path / "turret"), "regulate", "--out", str(tmp_path / "log.csv")])
+    assert "tilt at the end of its range" in " ".join(capsys.readouterr().out.split())
+
+
+def test_a_command_on_a_slide_behind_a_gear_is_no_force() -> None:
+    geared = ARM.replace('<velocity name="pull" joint="reach" kv="6"', '<motor name="pull" joint="reach" gear="20"')
+    direct = geared.replace('gear="20"', "")
+    units = [Robot.from_mjcf(text, name="arm", dt=0.005).layouts.action.units["pull"] for text in (geared, direct)]
+    assert units == ["1", "N"]
 
 
 def test_equations_follow_a_servo_in_whatever_pose_the_joint_it_turns_weighs_least() -> None:

@@ -17,6 +17,8 @@ from sym2real.effects import compose, effect
 from sym2real.effects.terms import with_time
 from sym2real.errors import DataError, ModelError, UnknownNameError
 from sym2real.layout import Layout, Layouts
+from sym2real.neural import Composed, ResidualMLP
+from sym2real.neural.exporting import export as export_whole
 from sym2real.robots import MUSHR
 from sym2real.symbolic import Equations, compile_model, export, load_model, rollout, save_model, symbol
 
@@ -152,6 +154,22 @@ def test_what_acts_outside_a_step_is_beside_an_export_and_told(format: str, tmp_
     assert about["state"][0] == {"column": "x", "unit": "m"}
     assert any(note.startswith("lag:steer is not in it") for note in result["notes"])
     assert any(note.startswith("t must be given") for note in result["notes"])
+
+
+@pytest.mark.parametrize("format", ["torchscript", "torch-export"])
+@pytest.mark.parametrize("memory", [None, 0, 3])
+def test_an_export_is_called_as_it_says(format: str, memory: int | None, tmp_path: Path) -> None:
+    base = MUSHR.nominal()
+    model = base if memory is None else Composed(base, ResidualMLP(base.layouts, (8,), commands=memory))
+    file = export_whole(model, format, tmp_path / "exported")
+    call, _, said = json.loads((tmp_path / "exported.json").read_text())["call"].partition(":")
+    assert "float32" in said
+    sizes = {"state": 7, "action": 2, "inputs": 3, "past": 2 * (memory or 0)}
+    known = {name: torch.rand(4, size) for name, size in sizes.items()}
+    following = eval(call.replace("FILE", repr(str(file))), {"torch": torch}, known)
+    given = [known[name] for name in sizes if name != "past" or memory]
+    wanted = (compile_model(base) if memory is None else model)(*given)
+    torch.testing.assert_close(following, wanted)
 
 
 def test_the_time_is_an_input_of_an_exported_module(tmp_path: Path) -> None:

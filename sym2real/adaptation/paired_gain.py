@@ -23,7 +23,7 @@ class Improvement:
 
     Args:
         value: 1 - mean error after / mean error before; negative where errors have grown.
-        low, high: ends of the interval.
+        low, high: ends of the interval, at most one: there is no more to gain than all of the error.
     """
 
     value: float = math.nan
@@ -63,4 +63,4 @@ def improvement(before: Array, after: Array, window: int) -> Improvement:
     left_out = 1.0 - (later.sum() - later) / np.maximum(earlier.sum() - earlier, np.finfo(float).tiny)
     deviation = math.sqrt((pieces - 1) / pieces * float(np.square(left_out - left_out.mean()).sum()))
     half = float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE, pieces - 1)) * deviation
-    return Improvement(value, value - half, value + half)
+    return Improvement(value, value - half, min(1.0, value + half))

@@ -164,8 +164,9 @@ class Adapt(OfLogs, AdaptVerb):
     ends by itself when two rounds in a row bring nothing. A model whose predictions leave the robot's limits does not
     fly: the best one so far flies again.
 
-    TARGET is a robot's name (its plain simulator), the folder of a simulator that `add` or `diagnose` wrote, or a
-    folder of logs. With logs nothing flies: they come in the order of their names, one a round.
+    TARGET is a robot's name (its plain simulator), the folder of a simulator that `add` or `diagnose` wrote, that of a
+    model for the plain robot that it is of, or a folder of logs. With logs nothing flies: they come in the order of
+    their names, one a round.
 
     A model that was adapted before flies as it is in round 0; the rounds learn on its equations from their own logs.
 
@@ -179,9 +180,10 @@ class Adapt(OfLogs, AdaptVerb):
     """
 
     target: TargetPlace
-    """What to adapt to: a robot's name, the folder of a simulator, or a folder of logs."""
+    """What to adapt to: a robot's name, the folder of a simulator or of a model, or a folder of logs."""
     task: OptionalTask = None
-    """What is flown: hover, circle, lemniscate, track, park or reverse_circle; nothing with logs."""
+    """What is flown: hover, circle, lemniscate, track, park, reverse_circle or, of any robot, regulate; with logs
+    nothing."""
     noise: bool = False
     """Sensor noise in the simulator, as of `simulate`; without it errors of any size count for --diagnose."""
 

@@ -7,16 +7,17 @@ from sym2real.adaptation.target import MakeController
 from sym2real.cli.model import logs_for
 from sym2real.dataset import Dataset
 from sym2real.errors import ModelError, UnknownNameError
+from sym2real.experiments.models import target_called
 from sym2real.experiments.noisy_runs import NoisyPlant
 from sym2real.logs import LogSpec
 from sym2real.logs.reader import logs_of
 from sym2real.neural.composed import Base
-from sym2real.plants import MujocoPlant, load_plant
 from sym2real.plants.plant_file import PLANT
 from sym2real.protocols import Plant
 from sym2real.robots import ROBOTS, Robot
 from sym2real.robots.own import robot_of
 from sym2real.symbolic import Equations
+from sym2real.symbolic.storage import EQUATIONS
 from sym2real.tasks import Task, make_task
 
 
@@ -45,7 +46,7 @@ def chosen_target(
     Args:
         base: the model's equations or networks.
         model: as the user names it, for errors.
-        target: a robot's name, the folder of a simulator, or a folder of logs.
+        target: a robot's name, the folder of a simulator, of a model for the plain robot that it is of, or of logs.
         task: to be flown.
         spec: how the logs' columns are named.
         noise: put sensor noise into the simulator.
@@ -58,9 +59,7 @@ def chosen_target(
     folder = Path(target)
     if not folder.exists() and target not in ROBOTS:
         raise UnknownNameError("target: neither a folder nor a robot", target, ROBOTS)
-    if (folder / "simulator" / PLANT).exists():
-        raise ModelError(f"{target} is a model; expected the simulator in it: {folder / 'simulator'}")
-    if folder.is_dir() and not (folder / PLANT).exists():
+    if folder.is_dir() and not ((folder / PLANT).exists() or (folder / EQUATIONS).exists()):
         for given, option in ((task, "TASK"), (noise, "--noise")):
             if given:
                 raise ModelError(f"{option}: nothing flies with the logs of {target}, found {given}")
@@ -69,12 +68,14 @@ def chosen_target(
         raise ModelError(f"--spec is for logs; {target} is a simulator")
     if task is None:
         raise ModelError(f"TASK: expected what to fly in {target}, such as circle, found nothing")
-    if robot_of(base) is None:
+    robot = robot_of(base)
+    if robot is None:
         raise ModelError(
             f"{model} names no registered robot ({', '.join(ROBOTS)}), so it cannot fly in {target}; "
             "give a folder of logs to adapt it to them"
         )
-    return _simulator(base, target, task, noise)
+    plant = target_called(target, robot)
+    return Chosen(NoisyPlant(plant) if noise else plant, make_task(task, robot), robot)
 
 
 def _recordings(base: Base, folder: Path, spec: LogSpec | None) -> Chosen:
@@ -85,11 +86,3 @@ def _recordings(base: Base, folder: Path, spec: LogSpec | None) -> Chosen:
     logs_for(base, [folder], spec)  # no log may be there twice
     logs = tuple(logs_for(base, files, spec, upsample=True) for files in found)
     return Chosen(logs, None, robot_of(base))
-
-
-def _simulator(base: Base, target: str, name: str, noise: bool) -> Chosen:
-    """The plain simulator of a robot, or the one of a folder."""
-    plant = load_plant(target) if Path(target).is_dir() else MujocoPlant(ROBOTS[target])
-    if plant.robot.name != base.robot:
-        raise ModelError(f"{target} is a {plant.robot.name}; the model is of a {base.robot}")
-    return Chosen(NoisyPlant(plant) if noise else plant, make_task(name, plant.robot), plant.robot)

@@ -35,7 +35,8 @@ class Run:
     task: TaskName
     """hover, circle, lemniscate, track, park, reverse_circle or, of any robot, regulate."""
     plant: Place = "simulator"
-    """What is flown: the plain MuJoCo simulator, the model itself ("model"), or the folder of a simulator."""
+    """What is flown: the plain MuJoCo simulator, the model itself ("model"), or the folder of a simulator, or of a
+    model for the plain robot that it is of."""
     seconds: OptionalSeconds = None
     """Length of the episode; the task's own by default."""
     samples: OptionalSamples = None
@@ -89,8 +90,9 @@ class Run:
             UnknownNameError: when there is none of that name.
         """
         from sym2real.effects.inputs import TIME
+        from sym2real.experiments.models import target_called
         from sym2real.neural.model_folder import below
-        from sym2real.plants import EquationsPlant, ModelPlant, MujocoPlant, load_plant
+        from sym2real.plants import EquationsPlant, ModelPlant, MujocoPlant
         from sym2real.symbolic import Equations
 
         base = below(model)
@@ -110,7 +112,4 @@ class Run:
             return ModelPlant(model, robot)
         if not Path(self.plant).is_dir():
             raise UnknownNameError("plant: neither a folder nor", self.plant, PLAIN)
-        plant = load_plant(self.plant)
-        if plant.robot is not robot:
-            raise ModelError(f"{self.plant} is a {plant.robot.name}; the model is of a {robot.name}")
-        return plant
+        return target_called(self.plant, robot)

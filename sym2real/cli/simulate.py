@@ -74,7 +74,7 @@ class Simulate:
         write_log(trajectory, self.out)
         error = tracking_error(trajectory)
         crashed = len(trajectory) < steps
-        ended = f"crashed after {len(trajectory) * robot.dt:g} s, " if crashed else ""
+        ended = f"crashed after {len(trajectory) * robot.dt:g} s ({plant.crash}), " if crashed else ""
         unit = unit_of_place(robot.layouts.state)
         names = ", ".join(change.name for change in plant.changes) or "the plain simulator"
         console.print(
@@ -88,21 +88,21 @@ class Simulate:
         import numpy as np
 
         from sym2real.cli.chosen_effects import beyond_bounds, chosen_effects, require_values
-        from sym2real.experiments.models import robot_called
+        from sym2real.experiments.models import simulator_called
         from sym2real.experiments.standard_conditions import sensors
-        from sym2real.plants import MujocoPlant, load_plant
-        from sym2real.symbolic.storage import EQUATIONS
+        from sym2real.plants import MujocoPlant
+        from sym2real.plants.plant_file import PLANT
 
-        of_simulator = Path(self.robot).is_dir() and not (Path(self.robot) / EQUATIONS).exists()
-        written = load_plant(self.robot) if of_simulator else None
-        robot = robot_called(self.robot) if written is None else written.robot
+        plant = simulator_called(self.robot)
+        robot = plant.robot
         effects = chosen_effects(self.effects, robot)
         require_values(effects)
         for line in beyond_bounds(effects):
             console.print(f"warning: {line}", markup=False)
-        if written is not None and effects:
-            raise ModelError(f"{self.robot}: --effects are for a robot's plain simulator; add them to its plant.toml")
-        plant = written or MujocoPlant(robot, [chosen.inject(**values) for chosen, values in effects])
+        if effects and (Path(self.robot) / PLANT).exists():
+            raise ModelError(f"{self.robot}: --effects are for a robot's plain simulator; add them to its {PLANT}")
+        if effects:
+            plant = MujocoPlant(robot, [chosen.inject(**values) for chosen, values in effects])
         if not self.noise:
             return plant
         noise = sensors(robot, np.random.default_rng(self.seed).spawn(1)[0])

@@ -62,7 +62,15 @@ def planned_with(model: DynamicsModel | Callable[[Tensor, Tensor], Tensor], dtyp
 
     A plain ``(state, action)`` callable is given no inputs; hidden states of a compiled model start where its equations
     say, unless they stand behind the measured ones.
+
+    Raises:
+        ModelError: for what cannot be called.
     """
+    if not callable(model):
+        raise ModelError(
+            f"expected a model that can be called, such as compile_model(equations), found {type(model).__name__}; "
+            "sym2real.control.mppi_controller(equations, robot, task) plans with their delays and lags, too"
+        )
     equations = equations_of(model)
     hidden = equations is not None and visible_state(equations) != equations.layouts.state
     if equations is not None and hidden and isinstance(model, torch.jit.ScriptModule):

@@ -11,8 +11,8 @@ from __future__ import annotations
 import time
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from copy import copy
-from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import torch
 
@@ -35,7 +35,7 @@ from sym2real.diagnosis.search.near import Near, as_good, by_own_starts, by_pric
 from sym2real.diagnosis.search.needed import Predicted, keep_needed
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.settings import SETTINGS
-from sym2real.effects import Effect, compose, effect
+from sym2real.effects import compose, effect
 from sym2real.effects.catalogue import always_alike
 from sym2real.errors import ModelError
 from sym2real.plants import MujocoPlant
@@ -73,6 +73,8 @@ def add(
         <Equations: x y sin_yaw cos_yaw vx vy wz after 0.05 s, with offset:steer>
     """
     given: list[str | tuple[str, Values]] = [what] if isinstance(what, str) else list(what)
+    if values is not None and not isinstance(values, Mapping):
+        raise ModelError(f'values: expected numbers by parameter, as {{"value": 0.05}}, found {values!r:.80}')
     if fit is None:
         chosen = [(entry, values or {}) if isinstance(entry, str) else entry for entry in given]
         return compose(equations, [(effect(key, equations), known) for key, known in chosen])
@@ -120,27 +122,21 @@ def try_effect(
     keys = (keys,) if isinstance(keys, str) else tuple(keys)
     question = Question(equations, data, plant, calibrate, held_out, exclude, include=keys, horizon=horizon)
     for key in keys:
-        _check_fittable(effect(key, equations), equations)
+        effect(key, equations).require_fittable(equations)
     prepared = prepare(question, Stages(on_progress))
     on_progress(f"fitting {', '.join(keys)}")
     selection, gain = _fitted(prepared, keys)
-    judged = _judged(prepared, keys, selection, on_progress)
+    said, groups = _judged(prepared, keys, selection, on_progress)
     on_progress("scoring on held-out data")
     steps = Steps.of(prepared.library, selection, same=held_out is None)
     horizons = steps.horizons(prepared.scored, horizon)
-    groups = {key: judged.rivals[key] if key in judged.supported else () for key in keys}
     fitted = _findings(selection, groups, prepared.calibration)
     stages = steps.ladder(prepared.library, prepared.scored, horizons)
     floor = floor_of_explained(prepared.library, prepared.scored, selection.fit.values, prepared.whitening, horizons)
     return Tried(
         findings=with_advice(fitted, prepared.model, prepared.whitening, prepared.plant),
-        supported=len(judged.supported) == len(keys),
+        **said,
         gain=gain,
-        beside=judged.beside,
-        refused=tuple(key for key in keys if key not in judged.supported),
-        unneeded=judged.unneeded,
-        outdone=judged.outdone,
-        rivals=tuple(rival for key in keys for rival in _worth_a_line(judged.rivals[key], judged.beside[key])),
         faults=prepared.checked.faults,
         ladder=stages,
         floor=no_higher_than_reached(floor, stages),
@@ -151,18 +147,10 @@ def try_effect(
     )
 
 
-@dataclass(frozen=True, eq=False)
-class _Judged:
-    """What logs say of a hypothesis: arguments as of :class:`Tried`, and by effect what others bring in its place."""
-
-    beside: Mapping[str, float]
-    supported: tuple[str, ...]
-    unneeded: tuple[str, ...]
-    outdone: tuple[str, ...]
-    rivals: Mapping[str, Sequence[Rival]]
-
-
-def _judged(prepared: Prepared, keys: Sequence[str], selection: Selection, on_progress: OnProgress) -> _Judged:
+def _judged(
+    prepared: Prepared, keys: Sequence[str], selection: Selection, on_progress: OnProgress
+) -> tuple[dict[str, Any], Mapping[str, Sequence[Rival]]]:
+    """What an answer says of a hypothesis, and by effect that is supported what others bring in its place."""
     near = Near(selection, (), by_own_starts(selection, selection.present))
     empty = {own.name: by_own_starts(selection, selection.set_of(*selection.without(own))) for own in selection.chosen}
     beside = {key: 1.0 - near.present.loss / without.loss for key, without in empty.items()}
@@ -172,7 +160,10 @@ def _judged(prepared: Prepared, keys: Sequence[str], selection: Selection, on_pr
     places = [(own, _in_place(selection, own, others)) for own in selection.chosen]
     rivals = {own.name: _rivals(near, own, empty[own.name], sets) for own, sets in places}
     outdone = tuple(own.name for own, sets in places if sets and _outdone(selection, own, sets[0], rivals[own.name][0]))
-    return _Judged(beside, tuple(key for key in supported if key not in outdone), unneeded, outdone, rivals)
+    refused = tuple(key for key in keys if key not in supported or key in outdone)
+    lines = tuple(rival for key in keys for rival in _worth_a_line(rivals[key], beside[key]))
+    said = {"beside": beside, "unneeded": unneeded, "outdone": outdone, "rivals": lines, "refused": refused}
+    return {**said, "supported": not refused}, {key: () if key in refused else rivals[key] for key in keys}
 
 
 def _supported(
@@ -191,20 +182,6 @@ def _supported(
 def _worth_a_line(rivals: Sequence[Rival], beside: float) -> Sequence[Rival]:
     least = max(SETTINGS.gain, SETTINGS.mostly * beside)
     return [rival for rival in rivals if rival.better or rival.gain > least][:MOST_RIVALS]
-
-
-def _check_fittable(wanted: Effect, equations: Equations) -> None:
-    reason = wanted.why_not(equations)
-    if reason:
-        raise ModelError(reason)
-    # What is a choice (which rotor) or differs from log to log (a phase) has no derivative that a fit could follow.
-    cannot = [
-        parameter.name
-        for parameter in wanted.parameters
-        if parameter.per_log or (not parameter.fitted and parameter.null != 0.0)
-    ]
-    if cannot:
-        raise ModelError(f"{wanted.key}: expected values, found logs; its {', '.join(cannot)} cannot be fitted")
 
 
 def _candidate(key: str, library: Library, data: Dataset) -> Candidate:

@@ -154,12 +154,12 @@ def conclude(explained: Explained) -> Diagnosis:
     result, prepared = scored.result, scored.result.prepared
     faults, finished = prepared.checked.faults, result.finished
     answer = verdict(faults, findings, leftovers, scored.gate, prepared.problems, finished=finished)
-    suspect = result.suspect() if answer == "UNEXPLAINED" and not findings else None
-    answer = "CANNOT_TELL" if suspect else answer
+    suspects = result.suspects() if answer == "UNEXPLAINED" and not findings else None
+    answer = "CANNOT_TELL" if suspects else answer
     interrupted = "" if finished else "the search"
     gate, stages = scored.gate, scored.stages
     sentence = summary(
-        answer, faults, findings, leftovers, gate=gate, stages=stages, interrupted=interrupted, suspect=suspect
+        answer, faults, findings, leftovers, gate=gate, stages=stages, interrupted=interrupted, suspects=suspects
     )
     return Diagnosis(
         verdict=answer,

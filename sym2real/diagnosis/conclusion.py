@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Literal
 
 from sym2real.diagnosis.data.segments import BLOCK_SECONDS
@@ -60,14 +60,14 @@ def summary(
     gate: Gate,
     stages: Sequence[Stage],
     interrupted: str = "",
-    suspect: tuple[str, float] | None = None,
+    suspects: Mapping[str, float] | None = None,
 ) -> str:
     """One sentence a person reads, the verdict first.
 
     Args:
         answer, faults, findings, leftovers, gate, stages: what it is made of.
         interrupted: what was, search or scoring, if anything.
-        suspect: an effect that explains so much of what is left, but not beyond chance.
+        suspects: effects that explain so much of what is left each, but not beyond chance.
     """
     left = [f"{leftover.statement} ({leftover.measure})" for leftover in leftovers if leftover.matters]
     rest = [f"{leftover.statement} is left ({leftover.measure})" for leftover in leftovers]
@@ -89,8 +89,8 @@ def summary(
         parts += [*_beside(findings, gate, leftovers), *minor]
     elif answer == "NOTHING_MISSING":
         parts += ["nothing is missing beyond noise and small disturbances", *rest, *_small(findings)]
-    elif suspect:
-        parts += [_suspected(*suspect), *rest]
+    elif suspects:
+        parts += [_suspected(suspects), *rest]
     else:
         parts += [*_no_answer(findings, gate, interrupted), *rest]
     if interrupted and answer != "CANNOT_TELL":
@@ -151,12 +151,11 @@ def _no_answer(findings: Sequence[Finding], gate: Gate, interrupted: str) -> lis
     return [f"no answer: {_beyond_chance(findings)}, but {_not_borne_out(findings, gate)}"]
 
 
-def _suspected(effect: str, part: float) -> str:
-    tried = f"`sym2real add MODEL {effect} --fit LOGS` says how well it fits, more logs of such motions decide"
-    return (
-        f"no answer: {effect} would explain {100 * part:.0f} % of what is missing, "
-        f"but too few independent pieces of these logs tell of it: {tried}"
-    )
+def _suspected(suspects: Mapping[str, float]) -> str:
+    (first, part), *_ = suspects.items()
+    would = f"{' or '.join([*suspects][:3])} would explain {100 * part:.0f} % of what is missing"
+    tried = f"`sym2real add MODEL {first} --fit LOGS` says how well it fits, more logs of such motions decide"
+    return f"no answer: {would}, but too few independent pieces of these logs tell of it: {tried}"
 
 
 def _beyond_chance(findings: Sequence[Finding]) -> str:

@@ -168,6 +168,22 @@ class Effect:
             raise ModelError(f"{self.key}: expected {parameter.domain}{unit} for {parameter.name}, found {value}")
         return canonical(value)
 
+    def require_fittable(self, equations: Equations) -> None:
+        """Refuse an effect whose values no logs could say.
+
+        What is a choice (which rotor) or differs from log to log (a phase) has no derivative that a fit could follow.
+
+        Raises:
+            ModelError: when it does not apply, with the reason, or for parameters that cannot be fitted.
+        """
+        reason = self.why_not(equations)
+        if reason:
+            raise ModelError(reason)
+        chosen = (one for one in self.parameters if one.per_log or (not one.fitted and one.null != 0.0))
+        cannot = ", ".join(parameter.name for parameter in chosen)
+        if cannot:
+            raise ModelError(f"{self.key}: expected values, found logs; its {cannot} cannot be fitted")
+
     def substitute(self, equations: Equations, values: Mapping[str, Expr | float]) -> Equations:
         """The equations with the effect in them; an effect with memory goes to their filters.
 

@@ -23,7 +23,7 @@ from sympy import cos, sin
 
 from sym2real.effects import truth
 from sym2real.effects.body import Body
-from sym2real.effects.kind import Domain, Kind, Numbers, Parameter, Values, of_any_body
+from sym2real.effects.kind import NOT_NEGATIVE, Domain, Kind, Numbers, Parameter, Values, of_any_body
 from sym2real.effects.searching import Searching
 from sym2real.effects.terms import raised
 from sym2real.effects.wrench import ALONE, INERTIA, braked, inertia, push_along, unit_of_push
@@ -241,7 +241,7 @@ POINT = 1e-9  # m²: squared radius of gyration of what MuJoCo takes for a point
 
 def _load_parameters(body: Body) -> tuple[Parameter, ...]:
     scale = 0.05 * body.numbers.get("mass", 1.0)
-    return (Parameter("value", "kg", null=0.0, low=0.0, high=20 * scale, scale=scale),)
+    return (Parameter("value", "kg", null=0.0, low=0.0, high=20 * scale, scale=scale, domain=NOT_NEGATIVE),)
 
 
 def _hang(spec: Any, body: Body, values: Numbers) -> None:

@@ -15,9 +15,12 @@ from sym2real.neural import Model
 from sym2real.neural import open_model as open_folder
 from sym2real.neural.composed import Base, state_of
 from sym2real.neural.model_folder import below
+from sym2real.plants import MujocoPlant, load_plant
+from sym2real.plants.plant_file import PLANT
 from sym2real.robots import ROBOTS, Robot
 from sym2real.robots.own import robot_of
 from sym2real.symbolic import Equations, load_model
+from sym2real.symbolic.storage import EQUATIONS
 
 
 def open_model(name: str, on_progress: Callable[[Progress], None] = lambda _: None) -> Model:
@@ -64,6 +67,33 @@ def robot_called(name: str) -> Robot:
         DataError: for a folder without a model.
     """
     return described_robot(below(open_folder(Path(name))), name) if Path(name).is_dir() else ROBOTS[name]
+
+
+def simulator_called(name: str) -> MujocoPlant:
+    """The simulator of a folder, or the plain one of a robot's name or of a model folder.
+
+    Raises:
+        UnknownNameError, ModelError, DataError: as of :func:`robot_called` and :func:`~sym2real.load_plant`.
+    """
+    written = Path(name).is_dir() and not (Path(name) / EQUATIONS).exists()
+    return load_plant(name) if written else MujocoPlant(robot_called(name))
+
+
+def target_called(name: str, robot: Robot) -> MujocoPlant:
+    """The simulator of that name, as a target of a robot's model.
+
+    Raises:
+        ModelError: for a robot of other columns or another control period, and for the folder of a model that has a
+            simulator in it, which would be another one.
+        UnknownNameError, DataError: as of :func:`simulator_called`.
+    """
+    inside = Path(name) / "simulator"
+    if (inside / PLANT).exists():
+        raise ModelError(f"{name} is a model; expected the simulator in it: {inside}")
+    plant = simulator_called(name)
+    if (plant.robot.layouts, plant.robot.dt) != (robot.layouts, robot.dt):
+        raise ModelError(f"{name} is a {plant.robot.name}; the model is of a {robot.name}")
+    return plant
 
 
 def described_robot(base: Base, name: str) -> Robot:

@@ -14,7 +14,7 @@ from sym2real.neural.ensemble import Ensemble
 from sym2real.neural.model_folder import Model, as_composed
 from sym2real.symbolic import Equations
 from sym2real.symbolic import export as export_equations
-from sym2real.symbolic.exporting import program_file, write_export
+from sym2real.symbolic.exporting import called, program_file, write_export
 from sym2real.symbolic.interface import columns_of, interface
 from sym2real.symbolic.storage import script_file
 
@@ -33,7 +33,8 @@ def export(model: Model, format: str, path: str | Path) -> Path:
         raise ModelError(f"{format} holds equations; a model with networks is exported as torchscript or torch-export")
     composed = as_composed(model)
     content = script_file(composed.scripted) if format == "torchscript" else program_file(_program(composed))
-    return write_export(Path(path), content, _interface(composed))
+    arguments = ", ".join(name if format == "torchscript" else f"{name}={name}" for name in _sizes(composed))
+    return write_export(Path(path), content, {**called(format, arguments), **_interface(composed)})
 
 
 def _interface(model: Composed) -> dict[str, Any]:
@@ -44,7 +45,14 @@ def _interface(model: Composed) -> dict[str, Any]:
 
 
 def _program(model: Composed) -> torch.export.ExportedProgram:
-    """One step with a dynamic batch dimension, in float32; arguments are those of the model that have columns."""
+    """One step with a dynamic batch dimension, in float32."""
+    given = {name: torch.ones(4, size) for name, size in _sizes(model).items()}
+    batch = Dim("batch", min=2)
+    return torch.export.export(model.plain(), (), given, dynamic_shapes={name: {0: batch} for name in given})
+
+
+def _sizes(model: Composed) -> dict[str, int]:
+    """Arguments of the model that have columns, and their number."""
     below, (commands, states) = model.below, model.past_rows
     hidden = 0 if isinstance(below, Ensemble) else len(below.layouts.state) - len(model.layouts.state)
     layouts = model.layouts
@@ -54,6 +62,4 @@ def _program(model: Composed) -> torch.export.ExportedProgram:
         "inputs": len(layouts.inputs),
         "past": commands * len(layouts.action) + states * len(layouts.state),
     }
-    given = {name: torch.ones(4, size) for name, size in sizes.items() if size}
-    batch = Dim("batch", min=2)
-    return torch.export.export(model.plain(), (), given, dynamic_shapes={name: {0: batch} for name in given})
+    return {name: size for name, size in sizes.items() if size}

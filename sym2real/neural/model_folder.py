@@ -83,11 +83,19 @@ def _files(model: Composed | Ensemble) -> dict[str, bytes]:
 
 
 def open_model(folder: str | Path) -> Model:
-    """The model of a folder, whole.
+    """The model of a folder, whole: equations, or a module that has networks, as ``adapt`` writes it.
+
+    A module predicts tensors of float32, ``model(state, action)``, and :class:`MPPI` and :func:`compare` take it as
+    they take equations.
 
     Raises:
         DataError: when a file is missing or cannot be read.
         ModelError: when the files do not belong together.
+
+    Examples:
+        >>> folder = save_model(car(wheelbase=0.3), "bicycle")
+        >>> open_model(folder).layouts.action.columns
+        ('steer', 'speed')
     """
     folder = Path(folder)
     if not (folder / INVENTORY).exists():

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import mujoco
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from sym2real.errors import ModelError, ShapeError
 from sym2real.layout import Layouts
@@ -245,14 +245,28 @@ class MujocoPlant:
                 f'(a shorter timestep in the MJCF\'s option, or integrator="implicitfast", follows stiffer servos)'
             )
 
+    @property
+    def crash(self) -> str:
+        """What ended the episode, in words; "" while nothing has."""
+        known = {"contact": "it touched something", "rolled over": "it rolled over"}
+        if not self._crashed or self.robot.description.crash in known:
+            return known.get(self.robot.description.crash, "") if self._crashed else ""
+        ended = self._limited[self._at_ends()]
+        names = ", ".join(self.mj_model.joint(joint).name for joint in ended)
+        return f"{names} at the end of its range" if names else "its state is no number"
+
+    def _at_ends(self) -> NDArray[np.bool_]:
+        """Which of the joints that have a range have left it."""
+        places = self.mj_data.qpos[self.mj_model.jnt_qposadr[self._limited]]
+        low, high = self.mj_model.jnt_range[self._limited].T
+        return np.asarray((places <= low) | (places >= high))
+
     def _has_crashed(self) -> bool:
         crash = self.robot.description.crash
         if crash == "contact":
             return bool(self.mj_data.ncon)
         if crash == "joint range":
-            places = self.mj_data.qpos[self.mj_model.jnt_qposadr[self._limited]]
-            low, high = self.mj_model.jnt_range[self._limited].T
-            return bool(((places <= low) | (places >= high)).any())
+            return bool(self._at_ends().any())
         if crash == "never":
             return False
         x, y = self.mj_data.qpos[4:6]

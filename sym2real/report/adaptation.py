@@ -34,9 +34,7 @@ def rounds_report(reports: Sequence[RoundReport]) -> Group:
     effects = best.learned.effects
     lines += [f"effects in the equations: {', '.join(effects)}"] if effects else []
     what = "position error" if reports[0].flown else "prediction"
-    lines += (
-        [f"ended: two rounds in a row have not improved the {what} beyond its interval"] if settled(reports) else []
-    )
+    lines += [f"two rounds in a row have not improved the {what} beyond its interval"] if settled(reports) else []
     return Group(rounds_table(reports), *(Text(line) for line in lines))
 
 

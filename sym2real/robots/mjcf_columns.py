@@ -175,14 +175,22 @@ def actions_of(model: mujoco.MjModel, wanted: Mapping[str, str]) -> Layout:
         if name not in known:
             raise UnknownNameError("actuator", name, known)
         index = known.index(name)
-        joint = int(model.actuator_trnid[index, 0])
-        turns = model.actuator_trntype[index] == BY_JOINT and model.jnt_type[joint] == HINGE
-        field, unit = TOLD[told(model, index)][int(turns)]
+        field, unit = _quantity_of(model, index)
         usual = next(
             (standard for group, standard in VOCABULARY if group == "action" and column in standard.columns), None
         )
         columns.append((column, usual or Field(field, (column,), unit, "body")))
     return layout_of(columns)
+
+
+def _quantity_of(model: mujoco.MjModel, actuator: int) -> tuple[str, str]:
+    """Field and unit of a control: of a force before its gear, which on a slide may be a turning motor's."""
+    joint, kind = int(model.actuator_trnid[actuator, 0]), told(model, actuator)
+    on_joint = model.actuator_trntype[actuator] == BY_JOINT
+    geared = not np.isclose(model.actuator_gainprm[actuator, 0] * model.actuator_gear[actuator, 0], 1.0)
+    if on_joint and model.jnt_type[joint] == SLIDE and kind == "force" and geared:
+        return "actuator command", "1"
+    return TOLD[kind][int(on_joint and model.jnt_type[joint] == HINGE)]
 
 
 def ranges_of(model: mujoco.MjModel, actuators: Sequence[int]) -> tuple[Array, Array]:

@@ -75,13 +75,16 @@ def compile_model(
         dtype: of the parameters.
 
     Raises:
-        ModelError: when a function is not supported, with its name.
+        ModelError: when a function is not supported, with its name; for what are no equations.
 
     Examples:
         >>> model = compile_model(car(wheelbase=0.3))
         >>> model(torch.zeros(8, 7), torch.zeros(8, 2)).shape
         torch.Size([8, 7])
     """
+    if not isinstance(equations, Equations):
+        found = type(equations).__name__
+        raise ModelError(f"expected equations to compile, found {found}; a model with networks predicts as it is")
     model = script(build_module(equations).to(device=device, dtype=dtype))
     model.equations = equations  # for those who can do better than call it; not saved with it
     return model

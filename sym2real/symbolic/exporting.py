@@ -67,7 +67,16 @@ def export(equations: Equations, format: str, path: str | Path) -> Path:
         ModelError: when the equations cannot be compiled, or a file of a saved model would be written over.
         DataError: when there is no writing there.
     """
-    return write_export(Path(path), EXPORTS[format](equations), interface(equations))
+    return write_export(Path(path), EXPORTS[format](equations), {**called(format), **interface(equations)})
+
+
+def called(format: str, arguments: str = "state, action, inputs") -> dict[str, str]:
+    """How a file of a format is opened and called, for its interface; nothing of those that hold text."""
+    known = {
+        "torchscript": f"torch.jit.load(FILE)({arguments}): tensors of float32 (N, columns)",
+        "torch-export": f"torch.export.load(FILE).module()({arguments}): tensors of float32 (N, columns), N at least 2",
+    }
+    return {"call": known[format]} if format in known else {}
 
 
 def write_export(path: Path, content: bytes, about: dict[str, Any]) -> Path:

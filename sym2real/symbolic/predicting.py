@@ -43,6 +43,9 @@ class Predicting:
 
         Returns:
             The next state ``# (..., state)``: NumPy in float64 for NumPy, a tensor for tensors.
+
+        Raises:
+            ShapeError: for other columns, naming them.
         """
         following: Values = upward("predict")(self, state, action, inputs)
         return following

@@ -118,7 +118,7 @@ def load_model(folder: str | Path, *, below: bool = False) -> Equations:
         raise _no_model(folder)
     learned = [name for name in (INVENTORY, *RESIDUALS) if (folder / name).exists()]
     if learned and not below:
-        raise ModelError(f"{folder} has a residual on its equations ({learned[-1]}): sym2real.neural opens the whole")
+        raise ModelError(f"{folder} has a residual on its equations ({learned[-1]}): open_model opens the whole")
     try:
         source = read_text(folder / EQUATIONS)
     except (OSError, UnicodeDecodeError) as error:
@@ -182,7 +182,7 @@ def _no_model(folder: Path) -> DataError:
     """The error for a folder without equations; it proposes the models that lie in it or one folder deeper."""
     inside = sorted(file.parent for depth in ("*", "*/*") for file in folder.glob(f"{depth}/{EQUATIONS}"))
     models = [str(path) for path in inside if not path.name.startswith(".")][:MOST_PROPOSED]
-    found = "none in it" if folder.is_dir() else "no such folder"
+    found = "none in it" if folder.is_dir() else "a file" if folder.exists() else "no such folder"
     hint = f"; did you mean {' or '.join(models)}?" if models else ""
     return DataError(folder, f"a model folder, which holds {EQUATIONS}", found + hint)
 

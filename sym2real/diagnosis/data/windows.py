@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from math import isfinite
 
 import numpy as np
 import torch
@@ -48,7 +49,7 @@ def rows_ahead(horizon: float, dt: float) -> int:
     Raises:
         ShapeError: when it is none.
     """
-    rows = round(horizon / dt)
+    rows = round(horizon / dt) if isfinite(horizon) else 0
     if rows < 1:
         raise ShapeError(f"expected a horizon of at least one time step, {dt:.4g} s, found {horizon:g} s")
     return rows

@@ -33,7 +33,8 @@ from sym2real.tasks.task import follows_paths, motion
 
 # Said once of all findings.
 UNTRIED = (
-    "manoeuvres that would tell effects apart were not simulated: it takes a simulator, and a robot that follows paths"
+    "manoeuvres that would tell effects apart were not simulated: that takes the simulator of a robot that flies or "
+    "drives along paths (`sym2real plan` has others tried)"
 )
 # Rivals of a finding that manoeuvres are looked for against.
 MOST_RIVALS = 2

@@ -47,11 +47,11 @@ def one_step_residuals(model: Equations | DynamicsModel, data: Dataset, constant
         for place, name in enumerate(data.layouts.action)
         if name not in constant
     }
-    components = {}
-    for place, (name, unit) in enumerate(tangent_units(layout).items()):
-        residual = residual_of(correlations.centred([rows[:, place] for rows in misses]), commands, lags, unit)
-        if residual is not None:
-            components[name] = residual
+    found = {
+        name: residual_of(correlations.centred([rows[:, place] for rows in misses]), commands, lags, unit)
+        for place, (name, unit) in enumerate(tangent_units(layout).items())
+    }
+    components = {name: residual for name, residual in found.items() if residual is not None}
     return Residuals(dataset.dt, sum(map(len, misses)), lags, components)
 
 

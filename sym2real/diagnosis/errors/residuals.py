@@ -141,35 +141,28 @@ class Residuals:
         extremes = (int(following.causal.argmax()), int(following.causal.argmin()))
         # The later one first: a delay shows as what came so many rows earlier, less what comes now.
         lags = sorted((lag for lag in extremes if abs(following.causal[lag]) > band), reverse=True)
+        when = [f"{_rows(lag)} earlier" if lag else "of the same row" for lag in lags]
         clauses = [
-            f"{'follows' if size > 0 else 'opposes'} {what} {_when(lag)} (r {size:.2f})"
-            for lag, size, what in zip(lags, following.causal[lags], (command, "it"), strict=False)
+            f"{'follows' if size > 0 else 'opposes'} {what} {at} (r {size:.2f})"
+            for at, size, what in zip(when, following.causal[lags], (command, "it"), strict=False)
         ]
-        noise = (
-            "; a loop that answers sensor noise may do that" if lags[0] <= ANSWERED and following.answers_noise else ""
-        )
+        answers = lags[0] <= ANSWERED and following.answers_noise
+        noise = "; a loop that answers sensor noise may do that" if answers else ""
         return f"the residual of {name} {' and '.join(clauses)}, band {band:.2f}{noise}"
 
     def to_dict(self) -> dict[str, Any]:
         """The object ``residuals`` that ``compare --json`` prints; bands are of 95 %, each lag for itself."""
-        pointwise = _bar(1)
-        components = {
-            name: {
-                "deviation": residual.deviation,
-                "unit": residual.unit,
-                "white": name not in self.coloured,
-                "autocorrelation": {
-                    "values": residual.autocorrelation.tolist(),
-                    "band": (pointwise * residual.deviations).tolist(),
-                },
-                "commands": {
-                    command: {"values": other.correlation.tolist(), "band": pointwise * other.deviation}
-                    for command, other in residual.commands.items()
-                },
-            }
-            for name, residual in self.components.items()
-        }
+        components = {name: self._entry(name, residual) for name, residual in self.components.items()}
         return {"dt": self.dt, "rows": self.rows, "lags": self.lags, "components": components, "lines": self.lines()}
+
+    def _entry(self, name: str, residual: Residual) -> dict[str, Any]:
+        band, known = _bar(1), {"deviation": residual.deviation, "unit": residual.unit}
+        own = {"values": residual.autocorrelation.tolist(), "band": (band * residual.deviations).tolist()}
+        commands = {
+            command: {"values": other.correlation.tolist(), "band": band * other.deviation}
+            for command, other in residual.commands.items()
+        }
+        return {**known, "white": name not in self.coloured, "autocorrelation": own, "commands": commands}
 
 
 @cache
@@ -179,7 +172,3 @@ def _bar(tests: int) -> float:
 
 def _rows(count: int) -> str:
     return f"{count} row{'s' if count > 1 else ''}"
-
-
-def _when(lag: int) -> str:
-    return f"{_rows(lag)} earlier" if lag else "of the same row"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
 
 import torch
@@ -13,8 +14,10 @@ from sym2real.diagnosis.data.windows import rows_ahead
 from sym2real.diagnosis.errors.skill import prediction_errors
 from sym2real.effects.along_logs import prepared
 from sym2real.effects.sensors import MeasuredModel
+from sym2real.effects.visible import visible_state
 from sym2real.symbolic import Equations
 from sym2real.symbolic.predicting import Values, tensor_of
+from sym2real.trajectory import check_columns
 
 _model = lru_cache(maxsize=32)(MeasuredModel)
 
@@ -23,7 +26,11 @@ def predict(equations: Equations, state: Values, action: Values, inputs: Values 
     """See :meth:`~sym2real.Equations.predict`."""
     if isinstance(state, Tensor):
         none = state.new_zeros((*state.shape[:-1], equations.layouts.inputs.size))
-        return _model(equations)(state, action, none if inputs is None else inputs)
+        given = (state, action, none if inputs is None else inputs)
+        layouts = replace(equations.layouts, state=visible_state(equations)).groups
+        for (name, layout), values in zip(layouts.items(), given, strict=True):
+            check_columns(name, values.shape, layout)
+        return _model(equations)(*given)
     given = [tensor_of(values) for values in (state, action)] + ([] if inputs is None else [tensor_of(inputs)])
     with torch.no_grad():
         return predict(equations, *given).numpy()

@@ -116,11 +116,13 @@ def prediction_errors(
         steps: lengths of windows in rows, none longer than every log.
         start: how start states are estimated.
         floor: of every length, or of none.
+
+    Raises:
+        ShapeError: when no log is long enough for a window.
     """
     for step, lowest in zip_longest(steps, floor):
-        windows = [
-            predict_windows(model, trajectory, step, start) for trajectory in dataset if len(trajectory) >= ROWS + step
-        ]
+        long_enough = [log for log in dataset if len(log) >= ROWS + step] or [max(dataset, key=len)]
+        windows = [predict_windows(model, log, step, start) for log in long_enough]
         yield _summary(windows, step, dataset, lowest)
 
 

@@ -37,25 +37,6 @@ GRID = np.geomspace(1e-5, 1e7, 120)
 MOST_ROWS = 500
 
 
-def foreign_positions(data: Dataset) -> list[Breach]:
-    """Position and joints, by a quadrotor's pushes or by the rates that they should have."""
-    return _by_log(_positions, data)
-
-
-def foreign_velocities(data: Dataset) -> list[Breach]:
-    """The velocity, by how the position changes."""
-    than = "what the position or joint changes by"
-    return _by_log(lambda logs: (_ratios(velocity_agreement(list(logs))), than), data)
-
-
-def foreign_rates(data: Dataset) -> list[Breach]:
-    """The body rates, by how the attitude or heading turns."""
-    return _by_log(lambda logs: (_ratios(rate_agreement(list(logs))), "what the robot turns by"), data)
-
-
-BY_SENSORS = (foreign_positions, foreign_velocities, foreign_rates)
-
-
 def _positions(data: Dataset) -> Judged:
     pushed = _ratio(thrust_agreement(list(data)))
     if pushed is not None and abs(log(pushed)) >= log(SETTINGS.unheard_of):  # nearer, thrust is of a fast turn
@@ -72,6 +53,14 @@ def _positions(data: Dataset) -> Judged:
     return inverse, "how far its rate moves it"
 
 
+def _velocities(data: Dataset) -> Judged:
+    return _ratios(velocity_agreement(list(data))), "what the position or joint changes by"
+
+
+def _rates(data: Dataset) -> Judged:
+    return _ratios(rate_agreement(list(data))), "what the robot turns by"
+
+
 def _ratios(found: Mapping[str, Agreement]) -> dict[str, float | None]:
     return {name: _ratio(agreement) for name, agreement in found.items()}
 
@@ -85,6 +74,11 @@ def _by_log(judge: Callable[[Dataset], Judged], data: Dataset) -> list[Breach]:
     if any(set[str]().union(*large) & own.keys() - here for own, here in zip(judged, large, strict=True)):
         return [foreign.in_one(data, place) for place, own in enumerate(alone) for foreign in _foreign(*own, meant)]
     return _foreign(*judge(data), meant)
+
+
+# Position and joints, by a quadrotor's pushes or by their rates; velocities, by how the position changes; body rates,
+# by how the attitude or heading turns.
+BY_SENSORS = tuple(partial(_by_log, judge) for judge in (_positions, _velocities, _rates))
 
 
 def _foreign(ratios: Mapping[str, float | None], than: str, meant: Mapping[str, str]) -> list[Breach]:

@@ -70,16 +70,12 @@ class DataReport:
             found.append(f"{self.gaps} gaps, the longest {self.longest_gap:.3g} s")
         found += [*self.spacing, *exactness(self.exact, self.logs)]
         for name, varied in self.commands.items():
-            if varied.weak:
-                found.append(
-                    f"{name} hardly varies (±{varied.deviation:.2g} {varied.unit}): effects on it cannot be seen"
-                )
-            found += varied.limits_said(name)
-        for name, agreement in self.agreements.items():
-            if agreement.verdict == "unclear":
-                found.append(
-                    f"{name} and the derivative of the {agreement.of} correlate by {agreement.correlation:.2f}"
-                )
+            weak = f"{name} hardly varies (±{varied.deviation:.2g} {varied.unit}): effects on it cannot be seen"
+            found += [*([weak] if varied.weak else []), *varied.limits_said(name)]
+        unclear = {name: own for name, own in self.agreements.items() if own.verdict == "unclear"}.items()
+        found += [
+            f"{name} and the derivative of the {own.of} correlate by {own.correlation:.2f}" for name, own in unclear
+        ]
         return found
 
     def to_dict(self) -> dict[str, Any]:

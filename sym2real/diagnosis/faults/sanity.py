@@ -30,7 +30,7 @@ from sym2real.effects.catalogue import require_patterns
 from sym2real.effects.inputs import with_one_clock
 from sym2real.effects.readings import SENSOR_SCALE, SENSOR_SIGN
 from sym2real.effects.sensors import Sensors
-from sym2real.errors import ShapeError
+from sym2real.errors import ModelError, ShapeError
 from sym2real.logs.agreement import agreements
 from sym2real.logs.differences import rates_on_time
 from sym2real.logs.dropouts import lost_in_reading
@@ -197,6 +197,7 @@ class Question:
     Raises:
         ShapeError: when the horizon is below one step, or not finite.
         UnknownNameError: for a pattern to exclude that no effect can match.
+        ModelError: for a plant that is none.
     """
 
     model: Equations
@@ -210,6 +211,8 @@ class Question:
 
     def __post_init__(self) -> None:
         require_patterns(self.exclude)
+        if self.plant is not None and not isinstance(self.plant, MujocoPlant):
+            raise ModelError(f"plant: expected a simulator, as MujocoPlant(robot) is one, found {self.plant!r:.80}")
         if self.horizon is None:
             return
         dt = max(self.model.dt, long_enough(self.data, self.model).dt)

@@ -195,10 +195,11 @@ def _scale_and_bias(table: Array, noise: float) -> tuple[float, float] | None:
     if inverse <= 0:
         return None
     spread = np.sqrt(covariance.diagonal())
-    weakened = _attenuation(table, noise)
+    turned, whole = _beyond_time(table)
+    weakened = min(1.0, noise**2 / max(float(np.square(whole).mean()), 1e-300))  # attenuation, see above
     turned_by = weakened * abs(table[:, 1].sum() / table[:, 2].sum())
     scale, bias = 1.0 / inverse, -constant / inverse
-    least, most = _slopes(table)
+    least, most = _slopes(turned, whole)
     scaled = (
         abs(inverse - 1.0) > SETTINGS.sensor_deviations * spread[0] + weakened
         and abs(np.log(scale)) > SETTINGS.uneven
@@ -241,22 +242,20 @@ def _misses_more(table: Array, variance: float) -> bool:
     return float(np.square(left).mean()) > variance * (1.0 + SETTINGS.sensor_deviations * sqrt(2.0 / len(left)))
 
 
-def _slopes(table: Array) -> tuple[float, float]:
-    """Slope of Δθ on ∫w, and the inverse of that of ∫w on Δθ, both beyond what time and Δw explain.
+def _beyond_time(table: Array) -> tuple[Array, Array]:
+    """Δθ and ∫w beyond what time and Δw explain of them ``# (stretches,)``."""
+    both, others = table[:, :2], table[:, 2:]
+    turned, whole = (both - others @ np.linalg.lstsq(others, both, rcond=None)[0]).T
+    return turned, whole
+
+
+def _slopes(turned: Array, whole: Array) -> tuple[float, float]:
+    """Slope of Δθ on ∫w, and the inverse of that of ∫w on Δθ.
 
     Noise of ∫w makes the first too small, noise of Δθ the second too large.
     """
-    both, others = table[:, :2], table[:, 2:]
-    turned, whole = (both - others @ np.linalg.lstsq(others, both, rcond=None)[0]).T
     together = float(turned @ whole)
     return together / max(float(whole @ whole), 1e-300), float(turned @ turned) / max(together, 1e-300)
-
-
-def _attenuation(table: Array, noise: float) -> float:
-    """Part of the variance of ∫w, beyond what time and Δw explain of it, that noise of this size makes."""
-    whole, others = table[:, 1], table[:, 2:]
-    rest = whole - others @ np.linalg.lstsq(others, whole, rcond=None)[0]
-    return min(1.0, noise**2 / max(float(np.square(rest).mean()), 1e-300))
 
 
 def clock_of(step: float, data: Dataset) -> Settled:

@@ -70,18 +70,18 @@ class SearchResult:
         said = (f"{why}: {', '.join(names)}" for why, names in not_taken.items() if names)
         return (*self.prepared.notes, *said)
 
-    def suspect(self) -> tuple[str, float] | None:
-        """The effect beside what was found that explains nearly all that is left, and that part; None without one.
+    def suspects(self) -> dict[str, float]:
+        """Effects of which each explains nearly all that is left beside what was found, and that part; the best first.
 
-        It was not taken because too few independent pieces of the logs tell of it.
+        They were not taken because too few independent pieces of the logs tell of them.
         """
-        selection, most = self.selection, self.selection.fit.total
+        selection, most, found = self.selection, self.selection.fit.total, dict[str, float]()
         for larger in selection.larger(selection.present):
             left, inside = larger.fit.total, not selection.at_bound(larger.fit, larger.candidate)
             explained = (most - left) / max(most - min(selection.problems.whitening.freedom, left), 1e-9)
             if inside and explained >= SETTINGS.nearly and not selection.significant(larger.fit, larger.candidate):
-                return selection.problems.problem.library.key(larger.candidate.name), explained
-        return None
+                found.setdefault(selection.problems.problem.library.key(larger.candidate.name), explained)
+        return found
 
 
 def search(prepared: Prepared, stages: Stages) -> SearchResult:

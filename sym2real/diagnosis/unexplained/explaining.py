@@ -98,11 +98,9 @@ def find_far(stages: Sequence[Stage], floor: Sequence[Floor], motion: float) -> 
     if not (stages and floor):
         return ()
     errors, lowest = stages[-1].horizons[stages[-1].nearest(JUDGED_AT)], _judged_at(floor)
-    times = {name: errors[name].low / max(lowest.errors[name][0], 1e-12) for name in judged(errors)}
-    worst = max(times, key=lambda name: times[name])
-    if times[worst] <= SETTINGS.far:
-        return ()
-    return (Leftover(MISFIT, "", 1.0 - times[worst] ** -2, f"{worst}, {lowest.horizon:.3g} s ahead", motion=motion),)
+    times, worst = max((errors[name].low / max(lowest.errors[name][0], 1e-12), name) for name in judged(errors))
+    far = Leftover(MISFIT, "", 1.0 - times**-2, f"{worst}, {lowest.horizon:.3g} s ahead", motion=motion)
+    return (far,) if times > SETTINGS.far else ()
 
 
 def _judged_at(floor: Sequence[Floor]) -> Floor:
@@ -130,10 +128,9 @@ def find_astray(stage: Stage, noise: Floor) -> tuple[Leftover, ...]:
         stage: errors on held-out logs.
         noise: the floor that the sensors' noise alone makes, at the shortest horizon: there disturbances did least.
     """
-    found, nearest = list[tuple[float, str]](), stage.nearest(noise.horizon)
-    for channel in stage.worse.get(nearest, ()):
-        error, (lowest, _) = stage.horizons[nearest][channel], noise.errors[channel]
-        if error.low > SETTINGS.above_noise * lowest:
-            found.append((error.value / max(lowest, 1e-12), channel))
+    nearest = stage.nearest(noise.horizon)
+    errors = ((stage.horizons[nearest][name], noise.errors[name][0], name) for name in stage.worse.get(nearest, ()))
+    far = ((error, lowest, name) for error, lowest, name in errors if error.low > SETTINGS.above_noise * lowest)
+    found = ((error.value / max(lowest, 1e-12), name) for error, lowest, name in far)
     words = f"{noise.horizon:.3g} s ahead, which is worse than if nothing changed"
     return tuple(Leftover(MISFIT, channel, 1.0 - times**-2, words) for times, channel in sorted(found)[-1:])

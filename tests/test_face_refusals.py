@@ -1,0 +1,76 @@
+"""What is called in another way than it can be is one error of this package, which says what was expected."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+
+from sym2real import MPPI, Layouts, Trajectory, add, compile_model, diagnose, load_model, make_task
+from sym2real.errors import ModelError, Sym2RealError
+from sym2real.neural import Composed, ResidualMLP
+from sym2real.robots import MUSHR, ROBOTS
+
+MODEL = MUSHR.nominal()
+LOG = Trajectory.from_arrays(
+    np.tile(MUSHR.start, (60, 1)), np.zeros((60, 2)), MODEL.layouts, dt=MODEL.dt, name="parked"
+)
+
+
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        (lambda: MODEL.predict(np.zeros((4, 5)), np.zeros((4, 2))), r"state: expected \(..., 7\), columns x y sin_yaw"),
+        (
+            lambda: MODEL.predict(np.zeros((4, 2)), np.zeros((4, 7))),
+            r"state: expected \(..., 7\).*found shape \(4, 2\)",
+        ),
+        (
+            lambda: MODEL.predict(torch.zeros(4, 7), torch.zeros(4, 3)),
+            r"action: expected \(..., 2\), columns steer speed",
+        ),
+        (
+            lambda: MODEL.predict(np.zeros(7), np.zeros(2), np.zeros(2)),
+            r"inputs: expected \(..., 3\), columns fx fy tz",
+        ),
+        (lambda: MODEL.predict(None, np.zeros(2)), r"state: expected \(..., 7\)"),
+        (lambda: MODEL.simulate(LOG, float("nan")), "horizon of at least one time step"),
+        (lambda: MODEL.score(LOG, 9.0), "has 60 rows; a window of 180 steps"),
+        (lambda: diagnose(MODEL, LOG, MUSHR), r"plant: expected a simulator, as MujocoPlant\(robot\)"),
+        (lambda: add(MODEL, "offset:steer", 0.05), "values: expected numbers by parameter"),
+        (lambda: MPPI(MODEL, MUSHR, make_task("circle", MUSHR)), r"compile_model\(equations\), found Equations"),
+        (lambda: compile_model(Composed(MODEL, ResidualMLP(MODEL.layouts, (4,)))), "found Composed"),
+        (lambda: load_model(__file__), "found a file"),
+        (lambda: Trajectory.from_arrays(LOG.state, LOG.action, MODEL.layouts, dt=-0.02), "dt: expected a time step"),
+        (lambda: Trajectory.from_arrays(LOG.state, LOG.action, MODEL.layouts, dt="0.02"), "dt: expected a time step"),
+        (
+            lambda: Trajectory.from_arrays(LOG.state, LOG.action, MODEL.layouts.state, dt=0.02),
+            "layouts: expected Layouts",
+        ),
+        (lambda: Trajectory.from_arrays([["a"]], [[0]], MODEL.layouts, dt=0.02), "state: expected an array of numbers"),
+    ],
+)
+def test_it_is_said_what_was_expected(call: Callable[[], Any], said: str) -> None:
+    with pytest.raises(Sym2RealError, match=said):
+        call()
+
+
+def test_dates_are_stamps_from_the_first_one_on_and_a_gradient_is_no_hindrance() -> None:
+    layouts, state = Layouts.of(["x", "vx", "speed"]), torch.ones(4, 2, requires_grad=True)
+    time = np.datetime64("2026-11-27T12:00:00") + np.arange(4) * np.timedelta64(20, "ms")
+    log = Trajectory.from_arrays(state, np.zeros((4, 1)), layouts, time=time)
+    np.testing.assert_allclose(log.time, [0.0, 0.02, 0.04, 0.06])
+    np.testing.assert_array_equal(log.state, 1.0)
+
+
+def test_a_description_is_no_folder(tmp_path: Path) -> None:
+    (tmp_path / "robot.xml").write_text("<mujoco/>")
+    with pytest.raises(Sym2RealError, match="found a file"):
+        load_model(tmp_path / "robot.xml")
+
+
+def test_less_than_nothing_hangs_nowhere() -> None:
+    with pytest.raises(ModelError, match="load"):
+        add(ROBOTS["arm"].nominal(), "load:tool", {"value": -50.0})

@@ -17,7 +17,7 @@ class Export:
     torchscript: torch.jit.load, from Python or C++, without this package. torch-export: a torch.export program (.pt2).
     python: one standalone module that needs torch alone. latex: the equations for a paper. A model with networks goes
     whole into torchscript and torch-export; the other two hold equations only. Beside it OUT.json says how it is
-    called, what the columns are, and what of the model acts outside a step: filters of commands, hidden states, sensors.
+    called, what the columns are, and what of the model acts outside a step: filters, hidden states, sensors.
 
     Example: sym2real export runs/base python --out model.py
     """

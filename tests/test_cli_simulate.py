@@ -4,13 +4,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from cli_results import Refused
 
 from sym2real.cli import main
 from sym2real.diagnosis.data.start import noise_level
 from sym2real.experiments.standard_conditions import POSITION_NOISE
 from sym2real.logs import read_log
 from sym2real.plants import save_plant
-from sym2real.robots import CRAZYFLIE
+from sym2real.robots import CRAZYFLIE, ROBOTS
 
 
 def test_the_seed_draws_the_noise_of_a_simulated_log(tmp_path: Path) -> None:
@@ -55,3 +56,30 @@ def test_a_written_simulator_is_measured_with_the_same_noise(tmp_path: Path) -> 
         states[name] = read_log(log).state
     # MuJoCo writes the description with six digits.
     np.testing.assert_allclose(states["written"], states["made"], atol=2e-5)
+
+
+def test_the_manoeuvre_that_a_plan_looks_at_can_be_recorded(tmp_path: Path) -> None:
+    """To a goal, with noise on the commands that the seed draws and that is no sensor's."""
+    logs = {}
+    for name, options in (("still", []), ("dithered", ["--dither", "1"]), ("again", ["--dither", "1"])):
+        log = tmp_path / f"{name}.csv"
+        main(["simulate", "cart_pole", "regulate", "slider=0.3", "--noise", "--out", str(log), *options])
+        logs[name] = read_log(log, layouts=ROBOTS["cart_pole"].layouts)
+    assert logs["still"].column("slider")[-100:].mean() == pytest.approx(0.3, abs=0.05)
+    assert (tmp_path / "dithered.csv").read_bytes() == (tmp_path / "again.csv").read_bytes()
+    np.testing.assert_array_equal(logs["still"].state[0], logs["dithered"].state[0])
+    first = logs["dithered"].action[0] - logs["still"].action[0]  # of equal states
+    assert 0.01 < abs(float(first[0])) < 2.0  # a fiftieth of 20 N is usual
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ("crazyflie circle radus=0.4", "did you mean 'radius'"),
+        ("crazyflie circle 0.4", "expected `circle OPTION=0.4`"),
+        ("crazyflie circle hover", "expected OPTION=VALUE behind the task, found 'hover'"),
+        ("cart_pole regulate slidr=0.3", "unknown column 'slidr'; did you mean 'slider'"),
+    ],
+)
+def test_what_is_no_option_of_a_task_is_refused(arguments: str, said: str, refused: Refused, tmp_path: Path) -> None:
+    assert said in refused(f"simulate {arguments} --out {tmp_path / 'log.csv'}")

@@ -10,7 +10,7 @@ from rich.console import Console
 
 from sym2real.cli.numbers import OptionalSamples, OptionalSeconds, Seed, steps_in
 from sym2real.cli.places import Place
-from sym2real.cli.positionals import JsonFile, ModelPlace, TaskName
+from sym2real.cli.positionals import JsonFile, ModelPlace, TaskName, TaskOptions
 from sym2real.errors import ModelError, UnknownNameError
 
 if TYPE_CHECKING:
@@ -28,12 +28,14 @@ class Run:
 
     For example:
       sym2real run runs/base circle --out runs/circle
-      sym2real run runs/found/model circle --plant runs/found/simulator
+      sym2real run runs/found/model circle radius=0.4 --plant runs/found/simulator
     """
 
     model: ModelPlace
     task: TaskName
     """hover, circle, lemniscate, track, park, reverse_circle or, of any robot, regulate."""
+    options: TaskOptions = ()
+    """Numbers of the task, as radius=2 of a circle; of regulate the goals of joints or other columns (m, rad)."""
     plant: Place = "simulator"
     """What is flown: the plain MuJoCo simulator, the model itself ("model"), or the folder of a simulator, or of a
     model for the plain robot that it is of."""
@@ -50,6 +52,7 @@ class Run:
 
     def run(self, console: Console) -> dict[str, Any]:
         """Fly, print the figures, write the log."""
+        from sym2real.cli.chosen_task import chosen_task
         from sym2real.cli.model import open_with_progress
         from sym2real.cli.progress import steps_progress
         from sym2real.control import mppi_controller
@@ -60,12 +63,11 @@ class Run:
         from sym2real.report.figures import path_figure
         from sym2real.report.style import save
         from sym2real.report.tables import flight_table
-        from sym2real.tasks import make_task
 
         model = open_with_progress(self.model)
         robot = described_robot(below(model), self.model)
         plant = self._plant(model, robot)
-        task = make_task(self.task, robot)
+        task = chosen_task(self.task, self.options, robot)
         period = robot.dt if self.realtime else None
         controller = mppi_controller(model, robot, task, samples=self.samples, seed=self.seed, period=period)
         steps = steps_in(self.seconds or task.duration, robot.dt)

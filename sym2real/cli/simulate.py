@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from rich.console import Console
 
-from sym2real.cli.numbers import OptionalSeconds, Seed, steps_in
-from sym2real.cli.positionals import JsonFile, RobotPlace, TaskName
+from sym2real.cli.numbers import NotNegative, OptionalSeconds, Seed, steps_in
+from sym2real.cli.positionals import JsonFile, RobotPlace, TaskName, TaskOptions
 from sym2real.errors import ModelError
 
 if TYPE_CHECKING:
@@ -27,6 +27,7 @@ class Simulate:
     For example:
       sym2real simulate crazyflie circle --noise --effects wind fx=0.01 added_mass value=0.003 --out windy.csv
       sym2real simulate runs/diagnosis/simulator circle --noise --out as_found.csv
+      sym2real simulate runs/arm regulate q1=0.8 q2=-0.4 --dither 1 --noise --out swing.csv
     """
 
     OUT_IS_FILE: ClassVar[bool] = True
@@ -39,6 +40,8 @@ class Simulate:
     """hover, circle, lemniscate, track, park, reverse_circle or, of any robot, regulate."""
     out: Path
     """The log to write, .csv or .parquet."""
+    options: TaskOptions = ()
+    """Numbers of the task, as radius=2 of a circle; of regulate the goals of joints or other columns (m, rad)."""
     controller: Literal["geometric", "random"] = "geometric"
     """Geometric tracking (of joints a linear-quadratic regulator), or the random commands that Stage I starts with."""
     seconds: OptionalSeconds = None
@@ -48,24 +51,32 @@ class Simulate:
     noise: bool = False
     """Sensor noise: position 0.5 mm, attitude 0.3°, rates 0.02 rad/s, velocity by differences of measured positions;
     joints 0.5 mm or 0.001 rad, their rates by differences."""
+    dither: NotNegative = 0.0
+    """Noise on the commands, as of `plan`: 1 is thrust 5 mN and rates 0.15 rad/s, or steering 0.03 rad and speed
+    0.1 m/s; of other robots a fiftieth of the commands' range."""
     seed: Seed = 0
-    """Of a car's start, the random commands and the noise; a quadrotor's flight without either has nothing random."""
+    """Of a car's start, random commands, dither and noise; a quadrotor's flight without these has nothing random."""
     json: JsonFile = None
 
     def run(self, console: Console) -> dict[str, Any]:
         """Fly, print the figures, write the log."""
+        import numpy as np
+
         from sym2real.adaptation import tracking_error
+        from sym2real.cli.chosen_task import chosen_task
         from sym2real.control import RandomCommands, geometric_controller
+        from sym2real.experiments.excitation import dithered
         from sym2real.layout import unit_of_place
         from sym2real.logs import write_log
         from sym2real.plants import run_episode
-        from sym2real.tasks import make_task
 
         plant = self._plant(console)
         robot = plant.robot
-        task = make_task(self.task, robot)
+        task = chosen_task(self.task, self.options, robot)
         geometric = self.controller == "geometric"
         controller = geometric_controller(robot, task.reference) if geometric else RandomCommands(robot, seed=self.seed)
+        if self.dither:
+            controller = dithered(controller, robot, np.random.default_rng(self.seed).spawn(2)[1], self.dither)
         steps = steps_in(self.seconds or task.duration, robot.dt)
         try:
             trajectory = run_episode(plant, controller, task, seed=self.seed, steps=steps, name=self.out.stem)

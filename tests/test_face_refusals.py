@@ -1,6 +1,7 @@
 """What is called in another way than it can be is one error of this package, which says what was expected."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -55,6 +56,20 @@ LOG = Trajectory.from_arrays(
 def test_it_is_said_what_was_expected(call: Callable[[], Any], said: str) -> None:
     with pytest.raises(Sym2RealError, match=said):
         call()
+
+
+@pytest.mark.parametrize(
+    ("cost", "found"),
+    [
+        (lambda s, a, r: s[..., 0].numpy(), "found ndarray"),
+        (lambda s, a, r: s.square().sum(), r"found torch.Size\(\[\]\)"),
+    ],
+)
+def test_a_cost_of_ones_own_is_a_number_for_every_sample_and_step(cost: Callable[..., Any], found: str) -> None:
+    task = replace(make_task("circle", MUSHR), name="mine", cost=cost)
+    controller = MPPI(compile_model(MODEL), MUSHR, task, backend="torch")
+    with pytest.raises(Sym2RealError, match=rf"cost of task 'mine': expected a tensor \(\d+, \d+\), {found}"):
+        controller.act(MUSHR.start, step=0)
 
 
 def test_dates_are_stamps_from_the_first_one_on_and_a_gradient_is_no_hindrance() -> None:

@@ -76,9 +76,17 @@ class TorchStep:
         past: Tensor | None = None,
         hidden: Tensor | None = None,
     ) -> Plan:
-        """What comes of actions ``# (N, H, action)`` from a state at a step."""
+        """What comes of actions ``# (N, H, action)`` from a state at a step.
+
+        Raises:
+            ShapeError: for a cost that is another than a number for every sample and step; as of :meth:`rollout`.
+        """
         states = self.rollout(state, actions, inputs, self.filters, past=past, hidden=hidden)
-        costs = self.cost(states, actions, self.references.after(step)).sum(-1)
+        costs, wanted = self.cost(states, actions, self.references.after(step)), actions.shape[:-1]
+        if not isinstance(costs, Tensor) or costs.shape != wanted:
+            found = costs.shape if isinstance(costs, Tensor) else type(costs).__name__
+            raise ShapeError(f"cost of task {self.task.name!r}: expected a tensor {tuple(wanted)}, found {found}")
+        costs = costs.sum(-1)
         costs = costs.masked_fill(~states.sum((-2, -1)).isfinite(), torch.inf)
         return Plan(states, actions, costs, weigh(costs, self.robot.mppi.temperature))
 

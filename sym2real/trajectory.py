@@ -9,9 +9,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from math import inf
-from numbers import Real
-from typing import TYPE_CHECKING
+from math import inf, nan
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -52,27 +51,46 @@ def numbers_of(name: str, values: ArrayLike) -> Array:
     """Float64 of what a user gives, tensors with a gradient included.
 
     Raises:
-        ShapeError: for what holds no numbers, or rows of several lengths.
+        ShapeError: for what holds no rows of numbers, or rows of several lengths.
     """
-    plain = values.detach() if hasattr(values, "detach") else values
     try:
-        return np.asarray(plain, dtype=np.float64)
+        found = np.asarray(_detached(values), dtype=np.float64)
     except (TypeError, ValueError):
-        raise ShapeError(f"{name}: expected an array of numbers, found {values!r:.80}") from None
+        found = np.zeros(())
+    if not found.ndim:
+        raise ShapeError(f"{name}: expected an array of numbers, found {values!r:.80}")
+    return found
 
 
 def seconds_of(time: ArrayLike) -> Array:
-    """Stamps in s ``# (rows,)``; of dates, from the first one on."""
-    stamps = np.asarray(time)
-    if stamps.dtype.kind in "Mm":
-        stamps = (stamps - stamps[0]) / np.timedelta64(1, "s")
-    return numbers_of("time", stamps)
+    """Stamps in s ``# (rows,)``; of dates, from the first one on.
+
+    Raises:
+        ShapeError: for what are no stamps, or more than one to a row.
+    """
+    stamps: Any = np.zeros(())
+    try:
+        stamps = np.asarray(_detached(time))
+        stamps = stamps.astype("M8[ns]") if stamps.dtype.kind in "MO" else stamps
+    except (TypeError, ValueError):
+        pass
+    if stamps.ndim != 1:
+        raise ShapeError(f"time: expected a stamp for every row, found {time!r:.80}")
+    return numbers_of("time", (stamps - stamps[:1]) / np.timedelta64(1, "s") if stamps.dtype.kind in "mM" else stamps)
 
 
-def _even(dt: object, rows: int) -> Array:
-    if not (isinstance(dt, Real) and 0.0 < float(dt) < inf):
+def _detached(values: Any) -> Any:
+    return values.detach() if hasattr(values, "detach") else values
+
+
+def _even(dt: Any, rows: int) -> Array:
+    try:
+        step = nan if isinstance(dt, (bool, str)) else float(dt)
+    except (TypeError, ValueError):
+        step = nan
+    if not 0.0 < step < inf:
         raise ShapeError(f"dt: expected a time step of more than 0 s, found {dt!r:.80}")
-    return np.arange(rows, dtype=np.float64) * float(dt)
+    return np.arange(rows, dtype=np.float64) * step
 
 
 def require_finite(log: Trajectory) -> None:

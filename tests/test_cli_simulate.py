@@ -7,9 +7,9 @@ import pytest
 from cli_results import Refused
 
 from sym2real.cli import main
-from sym2real.diagnosis.data.start import noise_level
 from sym2real.experiments.standard_conditions import POSITION_NOISE
 from sym2real.logs import read_log
+from sym2real.logs.noise import noise_level
 from sym2real.plants import save_plant
 from sym2real.robots import CRAZYFLIE, ROBOTS
 

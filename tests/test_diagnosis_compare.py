@@ -19,12 +19,13 @@ from sym2real.data import example_flight
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import ROWS, add, compare, diagnose, predict_windows
 from sym2real.diagnosis.data.preparation import long_enough
-from sym2real.diagnosis.data.start import noise_level, start_states
+from sym2real.diagnosis.data.start import start_states
 from sym2real.diagnosis.errors.skill import off_the_mean
 from sym2real.effects.visible import VisibleModel
 from sym2real.errors import ModelError, ShapeError
 from sym2real.layout import Layout, Layouts
 from sym2real.logs import read_log
+from sym2real.logs.noise import noise_level
 from sym2real.plants import EquationsPlant, ModelPlant, run_episode
 from sym2real.robots import ROBOTS
 from sym2real.symbolic import Equations, compile_model, symbol

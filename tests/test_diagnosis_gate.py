@@ -115,7 +115,7 @@ def test_findings_that_improve_no_prediction_are_no_answer() -> None:
 def test_effects_that_too_few_pieces_tell_of_are_named() -> None:
     said = summary("CANNOT_TELL", (), (), (), gate=Gate(), stages=(), suspects={"drag": 0.97, "lag": 0.93})
     assert said.startswith(
-        "No answer: drag or lag would explain 97 % of what is missing, but too few independent pieces"
+        "No answer: drag (97 %) or lag (93 %) would explain what is missing, but too few independent"
     )
     assert "`sym2real add MODEL drag --fit LOGS`" in said
 

@@ -133,9 +133,13 @@ def test_a_changed_file_is_a_target_that_the_plain_model_meets(
         for target in ([], ["--plant", "heavier"])
     )
     assert other != plain
-    said = result_of(["adapt", "links", "heavier", "regulate", "--dry-run", "--out", "adapted"], tmp_path)
-    assert said
-    assert "heavier" in refused("run crazyflie hover --plant heavier")
+    adapted = result_of(
+        ["adapt", "links", "heavier", "regulate", "--rounds", "1", *flown, "--out", "adapted"], tmp_path
+    )
+    assert [entry["number"] for entry in adapted["rounds"]] == [0, 1]
+    assert "heavier is a heavier; the model is of a crazyflie" in refused("run crazyflie hover --plant heavier")
+    main(["nominal", "mjcf", "links.xml", "--dt", "0.01", "--out", "faster"])
+    assert "control period of 0.02 s, found 0.01 s" in refused("run links regulate --plant faster")
 
 
 def test_actuators_and_period_are_chosen_on_the_command_line(tmp_path: Path) -> None:

@@ -191,6 +191,7 @@ def test_a_hidden_effect_that_a_second_of_two_logs_shows_is_named_and_not_establ
     found = diagnose(base, logs, simulator)
     assert found.verdict == "CANNOT_TELL"
     assert not found.findings
+    assert found.suspects["joint_damping:tilt"] > 0.9
     assert "joint_damping:tilt" in found.summary.partition(" would explain ")[0]
     tried = try_effect(base, "joint_damping:tilt", logs, simulator, exclude=["*"])
     assert not tried.supported

@@ -172,6 +172,16 @@ def test_an_export_is_called_as_it_says(format: str, memory: int | None, tmp_pat
     torch.testing.assert_close(following, wanted)
 
 
+@pytest.mark.parametrize("format", ["torchscript", "torch-export"])
+def test_without_inputs_an_export_is_called_without_them(format: str, tmp_path: Path) -> None:
+    plain = Equations.parse(Layouts.of(["x", "vx", "speed"]), {"x": "x + 0.1*vx", "vx": "speed"}, 0.1)
+    known = {"state": torch.rand(4, 2), "action": torch.rand(4, 1), "past": torch.rand(4, 2)}
+    for number, model in enumerate((plain, Composed(plain, ResidualMLP(plain.layouts, (8,), commands=2)))):
+        file = export_whole(model, format, tmp_path / str(number))
+        call = json.loads((tmp_path / f"{number}.json").read_text())["call"].partition(":")[0]
+        assert eval(call.replace("FILE", repr(str(file))), {"torch": torch}, known).shape == (4, 2)
+
+
 def test_the_time_is_an_input_of_an_exported_module(tmp_path: Path) -> None:
     timed, time = with_time(MUSHR.nominal())
     timed = replace(timed, next={**timed.next, "vx": timed.next["vx"] + time})

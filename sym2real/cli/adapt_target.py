@@ -7,7 +7,7 @@ from sym2real.adaptation.target import MakeController
 from sym2real.cli.model import logs_for
 from sym2real.dataset import Dataset
 from sym2real.errors import ModelError, UnknownNameError
-from sym2real.experiments.models import target_called
+from sym2real.experiments.models import holds_model, target_called
 from sym2real.experiments.noisy_runs import NoisyPlant
 from sym2real.logs import LogSpec
 from sym2real.logs.reader import logs_of
@@ -17,7 +17,6 @@ from sym2real.protocols import Plant
 from sym2real.robots import ROBOTS, Robot
 from sym2real.robots.own import robot_of
 from sym2real.symbolic import Equations
-from sym2real.symbolic.storage import EQUATIONS
 from sym2real.tasks import Task, make_task
 
 
@@ -59,7 +58,8 @@ def chosen_target(
     folder = Path(target)
     if not folder.exists() and target not in ROBOTS:
         raise UnknownNameError("target: neither a folder nor a robot", target, ROBOTS)
-    if folder.is_dir() and not ((folder / PLANT).exists() or (folder / EQUATIONS).exists()):
+    simulated = holds_model(folder) or any((part / PLANT).exists() for part in (folder, folder / "simulator"))
+    if folder.is_dir() and not simulated:
         for given, option in ((task, "TASK"), (noise, "--noise")):
             if given:
                 raise ModelError(f"{option}: nothing flies with the logs of {target}, found {given}")

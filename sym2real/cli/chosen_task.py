@@ -34,6 +34,9 @@ def chosen_task(name: str, options: Sequence[str], robot: Robot) -> Task:
     goals = {option: value for option, value in values.items() if option not in numbers}
     if goals and TASKS[task] is regulate:
         return make_task(task, robot, goal=goals, **given)
-    for option in goals:
-        raise UnknownNameError(f"option of {task}", option, numbers)
+    if goals:
+        raise UnknownNameError(f"option of {task} that is a number", next(iter(goals)), numbers or ["none"])
+    for option, value in given.items():
+        if parameters[option].annotation is bool and value not in (0, 1):
+            raise ModelError(f"{task}: expected {option}=1 or {option}=0, found {value:g}")
     return make_task(task, robot, **given)

@@ -85,7 +85,7 @@ class Simulate:
         write_log(trajectory, self.out)
         error = tracking_error(trajectory)
         crashed = len(trajectory) < steps
-        ended = f"crashed after {len(trajectory) * robot.dt:g} s ({plant.crash}), " if crashed else ""
+        ended = f"crashed after {len(trajectory) * robot.dt:g} s ({plant.ended_by}), " if crashed else ""
         unit = unit_of_place(robot.layouts.state)
         names = ", ".join(change.name for change in plant.changes) or "the plain simulator"
         console.print(

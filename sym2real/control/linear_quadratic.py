@@ -5,6 +5,7 @@ equation, and u = u_rest - K (x ⊖ x_ref). It holds a pole upright, an arm at i
 """
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 import torch
@@ -31,7 +32,7 @@ class LinearQuadratic(Memoryless):
 
     Args:
         robot: gives limits, start and rest.
-        reference: wanted state over time in s.
+        reference: wanted state over time in s, of time alone.
 
     Raises:
         ModelError: where the linearised robot cannot be stabilised.
@@ -40,10 +41,8 @@ class LinearQuadratic(Memoryless):
     robot: Robot
     reference: Reference
     gain: Array = field(init=False)
-    _wanted: AtSteps[Tensor] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        self._wanted = AtSteps(lambda times: self.reference(times).unbind(), self.robot.dt)
         slope, effect = linearised(self.robot.nominal(), self.robot)
         layout, span = self.robot.layouts.state, self.robot.high - self.robot.low
         units = [field.unit for field in layout.fields for _ in range(field.tangent_size)]
@@ -61,6 +60,10 @@ class LinearQuadratic(Memoryless):
         away = self.robot.layouts.state.difference(measured, self._wanted[step]).numpy()
         clipped: Array = np.clip(self.robot.rest - self.gain @ away, self.robot.low, self.robot.high)
         return clipped
+
+    @cached_property
+    def _wanted(self) -> AtSteps[Tensor]:
+        return AtSteps(lambda times: self.reference(times).unbind(), self.robot.dt)
 
 
 def linearised(equations: Equations, robot: Robot) -> tuple[Array, Array]:

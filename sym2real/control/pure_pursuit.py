@@ -24,6 +24,7 @@ from sym2real.control.at_steps import AtSteps
 from sym2real.protocols import Memoryless
 from sym2real.trajectory import Array
 
+LEAST_REACH = 1e-6  # m; of the pursued point, where the car stands on it
 STANDING = 0.05  # m/s: a reference slower than this is a place to park at, not a path to follow
 
 
@@ -67,7 +68,8 @@ class PurePursuit(Memoryless):
             speed = 0.0 if distance < self.tolerance else self.gain * copysign(distance, target[0])
         else:
             speed = copysign(hypot(*pace), pace[0]) + self.gain * missing[0]
-        curvature = 2 * target[1] / max(distance, self.tolerance) ** 2
+        reach = max(distance, self.tolerance, LEAST_REACH)
+        curvature = 2 * (target[1] / reach) / reach
         action: Array = np.clip([atan(self.wheelbase * curvature), speed], self.low, self.high)
         return action
 

@@ -83,9 +83,10 @@ class TorchStep:
         """
         states = self.rollout(state, actions, inputs, self.filters, past=past, hidden=hidden)
         costs, wanted = self.cost(states, actions, self.references.after(step)), actions.shape[:-1]
-        if not isinstance(costs, Tensor) or costs.shape != wanted:
-            found = costs.shape if isinstance(costs, Tensor) else type(costs).__name__
-            raise ShapeError(f"cost of task {self.task.name!r}: expected a tensor {tuple(wanted)}, found {found}")
+        if not isinstance(costs, Tensor) or costs.shape != wanted or not costs.is_floating_point():
+            found = f"{costs.dtype} {tuple(costs.shape)}" if isinstance(costs, Tensor) else type(costs).__name__
+            expected = f"expected a tensor of floats {tuple(wanted)}"
+            raise ShapeError(f"cost of task {self.task.name!r}: {expected}, found {found}")
         costs = costs.sum(-1)
         costs = costs.masked_fill(~states.sum((-2, -1)).isfinite(), torch.inf)
         return Plan(states, actions, costs, weigh(costs, self.robot.mppi.temperature))

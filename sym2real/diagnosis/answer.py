@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -37,6 +38,8 @@ class Diagnosis:
         faults: of the data, undone before the search where the logs tell how.
         findings: effects that are there, in order of importance.
         leftovers: what no effect explains, the strongest of what matters first.
+        suspects: where nothing was found, effects of which each would explain nearly all that is left, and that part of
+            it; too few independent pieces of the logs tell of them.
         proposal: a term that would explain some of the first, unverified.
         where: regions in which the model fails.
         ladder: errors of the base and of the first k findings, on held-out data.
@@ -57,6 +60,7 @@ class Diagnosis:
     faults: tuple[Fault, ...] = ()
     findings: tuple[Finding, ...] = ()
     leftovers: tuple[Leftover, ...] = ()
+    suspects: Mapping[str, float] = field(default_factory=dict)
     proposal: Term | None = None
     where: tuple[Where, ...] = ()
     ladder: tuple[Stage, ...] = ()
@@ -152,27 +156,24 @@ def conclude(explained: Explained) -> Diagnosis:
     """The answer that findings, what is left beside them, and held-out errors make."""
     scored, findings, leftovers = explained.scored, explained.scored.findings, explained.leftovers
     result, prepared = scored.result, scored.result.prepared
-    faults, finished = prepared.checked.faults, result.finished
-    answer = verdict(faults, findings, leftovers, scored.gate, prepared.problems, finished=finished)
-    suspects = result.suspects() if answer == "UNEXPLAINED" and not findings else None
-    answer = "CANNOT_TELL" if suspects else answer
-    interrupted = "" if finished else "the search"
-    gate, stages = scored.gate, scored.stages
-    sentence = summary(
-        answer, faults, findings, leftovers, gate=gate, stages=stages, interrupted=interrupted, suspects=suspects
-    )
+    faults, finished, gate = prepared.checked.faults, result.finished, scored.gate
+    suspects = {} if findings or not any(leftover.matters for leftover in leftovers) else result.suspects()
+    parts = (faults, findings, leftovers)
+    answer = verdict(*parts, gate, prepared.problems, finished=finished, suspects=suspects)
+    said: dict[str, Any] = {"interrupted": "" if finished else "the search", "suspects": suspects}
     return Diagnosis(
         verdict=answer,
-        summary=sentence,
+        summary=summary(answer, *parts, gate=gate, stages=scored.stages, **said),
         faults=faults,
         findings=findings,
         leftovers=leftovers,
+        suspects=suspects,
         proposal=explained.proposal,
         ladder=scored.stages,
         floor=scored.floor,
         held_out=scored.steps.names_of(prepared.scored),
         apart=prepared.question.held_out is not None,
-        gate=scored.gate,
+        gate=gate,
         notes=(*result.notes, *cut_said(scored.horizons, prepared.question.horizon)),
         **_of_search(result),
     )

@@ -27,11 +27,13 @@ def verdict(
     problems: Problems,
     *,
     finished: bool = True,
+    suspects: Mapping[str, float] | None = None,
 ) -> Verdict:
     """Which of the four answers the parts make; findings that do not improve long predictions are no answer.
 
     Fewer than ten independent blocks leave no test, and an unfinished search cannot say that nothing is missing, or
-    that no effect explains what is left. A fault alone is the answer only where nothing is left once it is undone.
+    that no effect explains what is left; nor can one that leaves out an effect which would, and of which too few pieces
+    tell. A fault alone is the answer only where nothing is left once it is undone.
     Where predictions judge nothing, an effect is the answer if errors fall all the same or nothing else is missing.
     Nothing is missing where no error is larger by a tenth without any of the findings, nor without all of them. What
     commands between the rows may have done is no effect, nor is a threshold that leaves something of its command.
@@ -45,7 +47,7 @@ def verdict(
     if established:
         return "EFFECT"
     if unexplained:
-        return "UNEXPLAINED"
+        return "CANNOT_TELL" if suspects else "UNEXPLAINED"
     if faults:
         return "EFFECT"
     return "NOTHING_MISSING" if all(finding.small for finding in findings) and not gate.worse else "CANNOT_TELL"
@@ -152,10 +154,10 @@ def _no_answer(findings: Sequence[Finding], gate: Gate, interrupted: str) -> lis
 
 
 def _suspected(suspects: Mapping[str, float]) -> str:
-    (first, part), *_ = suspects.items()
-    would = f"{' or '.join([*suspects][:3])} would explain {100 * part:.0f} % of what is missing"
-    tried = f"`sym2real add MODEL {first} --fit LOGS` says how well it fits, more logs of such motions decide"
-    return f"no answer: {would}, but too few independent pieces of these logs tell of it: {tried}"
+    would = " or ".join(f"{effect} ({100 * part:.0f} %)" for effect, part in [*suspects.items()][:3])
+    few = f"no answer: {would} would explain what is missing, but too few independent pieces of these logs tell of it"
+    first = next(iter(suspects))
+    return f"{few}: `sym2real add MODEL {first} --fit LOGS` says how well it fits, more logs of such motions decide"
 
 
 def _beyond_chance(findings: Sequence[Finding]) -> str:

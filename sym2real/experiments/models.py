@@ -20,7 +20,7 @@ from sym2real.plants.plant_file import PLANT
 from sym2real.robots import ROBOTS, Robot
 from sym2real.robots.own import robot_of
 from sym2real.symbolic import Equations, load_model
-from sym2real.symbolic.storage import EQUATIONS
+from sym2real.symbolic.storage import EQUATIONS, INVENTORY
 
 
 def open_model(name: str, on_progress: Callable[[Progress], None] = lambda _: None) -> Model:
@@ -69,13 +69,18 @@ def robot_called(name: str) -> Robot:
     return described_robot(below(open_folder(Path(name))), name) if Path(name).is_dir() else ROBOTS[name]
 
 
+def holds_model(folder: Path) -> bool:
+    """Whether a folder is that of a model, of equations or of networks."""
+    return any((folder / part).exists() for part in (EQUATIONS, INVENTORY))
+
+
 def simulator_called(name: str) -> MujocoPlant:
     """The simulator of a folder, or the plain one of a robot's name or of a model folder.
 
     Raises:
         UnknownNameError, ModelError, DataError: as of :func:`robot_called` and :func:`~sym2real.load_plant`.
     """
-    written = Path(name).is_dir() and not (Path(name) / EQUATIONS).exists()
+    written = Path(name).is_dir() and not holds_model(Path(name))
     return load_plant(name) if written else MujocoPlant(robot_called(name))
 
 
@@ -91,8 +96,10 @@ def target_called(name: str, robot: Robot) -> MujocoPlant:
     if (inside / PLANT).exists():
         raise ModelError(f"{name} is a model; expected the simulator in it: {inside}")
     plant = simulator_called(name)
-    if (plant.robot.layouts, plant.robot.dt) != (robot.layouts, robot.dt):
-        raise ModelError(f"{name} is a {plant.robot.name}; the model is of a {robot.name}")
+    if plant.robot.layouts != robot.layouts:
+        raise ModelError(f"{name} is a {plant.robot.name}; the model is of a {robot.name}, of other columns")
+    if plant.robot.dt != robot.dt:
+        raise ModelError(f"{name}: expected the model's control period of {robot.dt:g} s, found {plant.robot.dt:g} s")
     return plant
 
 

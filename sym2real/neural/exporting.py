@@ -33,7 +33,7 @@ def export(model: Model, format: str, path: str | Path) -> Path:
         raise ModelError(f"{format} holds equations; a model with networks is exported as torchscript or torch-export")
     composed = as_composed(model)
     content = script_file(composed.scripted) if format == "torchscript" else program_file(_program(composed))
-    arguments = ", ".join(name if format == "torchscript" else f"{name}={name}" for name in _sizes(composed))
+    arguments = ", ".join(f"{name}={name}" for name in _sizes(composed))
     return write_export(Path(path), content, {**called(format, arguments), **_interface(composed)})
 
 

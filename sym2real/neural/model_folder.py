@@ -85,8 +85,8 @@ def _files(model: Composed | Ensemble) -> dict[str, bytes]:
 def open_model(folder: str | Path) -> Model:
     """The model of a folder, whole: equations, or a module that has networks, as ``adapt`` writes it.
 
-    A module predicts tensors of float32, ``model(state, action)``, and :class:`MPPI` and :func:`compare` take it as
-    they take equations.
+    A module predicts tensors of float32, ``model(state, action)``, with ``past`` where it sees that. :class:`MPPI`
+    takes it as it is (equations through :func:`compile_model`), :func:`compare` takes both.
 
     Raises:
         DataError: when a file is missing or cannot be read.

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import mujoco
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from sym2real.errors import ModelError, ShapeError
 from sym2real.layout import Layouts
@@ -106,7 +106,7 @@ class MujocoPlant:
     @property
     def crashed(self) -> bool:
         """Whether the robot has crashed since the reset, as its description says (touched something, rolled over …)."""
-        return self._crashed
+        return bool(self.ended_by)
 
     @property
     def sent(self) -> Array:
@@ -172,7 +172,7 @@ class MujocoPlant:
         mujoco.mj_forward(self.mj_model, self.mj_data)
         self._command_filters = [change.command() for change in self.changes if change.command is not None]
         self._measure_filters = [change.measure() for change in self.changes if change.measure is not None]
-        self._crashed, self._fresh = False, True
+        self.ended_by, self._fresh = "", True  # what the robot crashed by, in words
         self._sent = np.full(self.layouts.action.size, np.nan)
         self.push(np.zeros(self.layouts.inputs.size))
         return self._measured()
@@ -197,9 +197,10 @@ class MujocoPlant:
         for _ in range(self.robot.substeps):
             self._apply_forces()
             mujoco.mj_step(self.mj_model, self.mj_data)
-            self._crashed = self._crashed or self._has_crashed()
+            self.ended_by = self.ended_by or self._crash()
         self._require_finite()
-        self._crashed = self._crashed or not np.isfinite(self.mj_data.qpos).all()
+        if not (self.ended_by or np.isfinite(self.mj_data.qpos).all()):
+            self.ended_by = "its state is no number"
         return self._measured()
 
     def _settle(self, control: Array) -> None:
@@ -245,32 +246,20 @@ class MujocoPlant:
                 f'(a shorter timestep in the MJCF\'s option, or integrator="implicitfast", follows stiffer servos)'
             )
 
-    @property
-    def crash(self) -> str:
-        """What ended the episode, in words; "" while nothing has."""
-        known = {"contact": "it touched something", "rolled over": "it rolled over"}
-        if not self._crashed or self.robot.description.crash in known:
-            return known.get(self.robot.description.crash, "") if self._crashed else ""
-        ended = self._limited[self._at_ends()]
-        names = ", ".join(self.mj_model.joint(joint).name for joint in ended)
-        return f"{names} at the end of its range" if names else "its state is no number"
-
-    def _at_ends(self) -> NDArray[np.bool_]:
-        """Which of the joints that have a range have left it."""
-        places = self.mj_data.qpos[self.mj_model.jnt_qposadr[self._limited]]
-        low, high = self.mj_model.jnt_range[self._limited].T
-        return np.asarray((places <= low) | (places >= high))
-
-    def _has_crashed(self) -> bool:
+    def _crash(self) -> str:
+        """What has just become of the robot that its description takes for a crash, in words; "" for nothing."""
         crash = self.robot.description.crash
         if crash == "contact":
-            return bool(self.mj_data.ncon)
+            return "it touched something" if self.mj_data.ncon else ""
         if crash == "joint range":
-            return bool(self._at_ends().any())
+            places = self.mj_data.qpos[self.mj_model.jnt_qposadr[self._limited]]
+            low, high = self.mj_model.jnt_range[self._limited].T
+            ended = self._limited[(places <= low) | (places >= high)]
+            return " and ".join(f"{self.mj_model.joint(joint).name} at the end of its range" for joint in ended)
         if crash == "never":
-            return False
+            return ""
         x, y = self.mj_data.qpos[4:6]
-        return bool(2.0 * math.asin(min(1.0, math.hypot(x, y))) > ROLL_OVER)
+        return "it rolled over" if 2.0 * math.asin(min(1.0, math.hypot(x, y))) > ROLL_OVER else ""
 
 
 def _require_same_robot(robot: Robot, other: mujoco.MjModel) -> None:

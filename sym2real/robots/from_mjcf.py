@@ -133,8 +133,11 @@ class _Motion:
 
     Args:
         data: where its masses are taken.
+        layouts, coordinates: its columns, and states in MuJoCo's coordinates.
+        crash: what counts as one.
         uncovered: why it has no first-principles equations; empty where it has.
         resting: its action at rest ``# (action,)``.
+        numbers, quantities: of its own way to move.
     """
 
     data: mujoco.MjData

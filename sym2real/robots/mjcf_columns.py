@@ -187,8 +187,8 @@ def _quantity_of(model: mujoco.MjModel, actuator: int) -> tuple[str, str]:
     """Field and unit of a control: of a force before its gear, which on a slide may be a turning motor's."""
     joint, kind = int(model.actuator_trnid[actuator, 0]), told(model, actuator)
     on_joint = model.actuator_trntype[actuator] == BY_JOINT
-    geared = not np.isclose(model.actuator_gainprm[actuator, 0] * model.actuator_gear[actuator, 0], 1.0)
-    if on_joint and model.jnt_type[joint] == SLIDE and kind == "force" and geared:
+    gain = abs(model.actuator_gainprm[actuator, 0] * model.actuator_gear[actuator, 0])
+    if on_joint and model.jnt_type[joint] == SLIDE and kind == "force" and not np.isclose(gain, 1.0):
         return "actuator command", "1"
     return TOLD[kind][int(on_joint and model.jnt_type[joint] == HINGE)]
 
@@ -278,17 +278,18 @@ def inertias(model: mujoco.MjModel, data: Any) -> Array:
 
 
 def inertias_over_range(model: mujoco.MjModel) -> list[Array]:
-    """The same at the first keyframe and all over the ranges of the joints; a hinge without one turns a whole turn.
+    """What accelerates with the joints of a robot of hinges and slides, as :func:`inertias`, in many poses.
 
-    Of a robot of hinges and slides: an arm that is stretched out weighs many times as much on its first joint as one
-    that is folded.
+    The first pose is the first keyframe; the others are all over the ranges of the joints. A hinge without a range
+    turns a whole turn, a slide without one stays. An arm that is stretched out weighs many times as much on its first
+    joint as one that is folded.
     """
     from scipy.stats.qmc import Halton  # noqa: PLC0415 — heavy, and only needed for equations
 
     data = data_at_start(model)
-    found, turns = [inertias(model, data)], (model.jnt_type == mujoco.mjtJoint.mjJNT_HINGE)[:, None]
-    ranges = np.where(model.jnt_limited[:, None] != 0, model.jnt_range, np.pi * turns * np.array([-1.0, 1.0]))
-    for place in Halton(model.njnt, rng=0).random(POSES):
+    found, turns = [inertias(model, data)], np.pi * (model.jnt_type == HINGE)[:, None] * np.array([-1.0, 1.0])
+    ranges = np.where(model.jnt_limited[:, None] != 0, model.jnt_range, data.qpos[:, None] + turns)
+    for place in Halton(model.njnt, scramble=False).random(POSES):
         data.qpos[:] = ranges[:, 0] + place * (ranges[:, 1] - ranges[:, 0])
         mujoco.mj_forward(model, data)
         found.append(inertias(model, data))

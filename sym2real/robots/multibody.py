@@ -41,6 +41,13 @@ from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.expressions import names_in
 from sym2real.vocabulary import GRAVITY_COMPONENTS, armature_quantity, load_quantity, rate_column
 
+# Every part has all of the equations once more.
+MOST_PARTS = 8
+TOO_FAST = (
+    "somewhere in the joints' ranges a joint is so light that it rests within a small part of a period: predictions "
+    "there may run away; narrow the range, give the joint its armature, or take a shorter --dt"
+)
+
 
 def multibody(model: mujoco.MjModel, layouts: Layouts, actions: Mapping[str, str], dt: float) -> Equations:
     """Equations of a compiled MJCF.
@@ -61,8 +68,9 @@ def multibody(model: mujoco.MjModel, layouts: Layouts, actions: Mapping[str, str
         )
     links = links_of(model)
     brakes = np.diag(braking(model))
-    decay = max(fastest(inertia, brakes) for inertia in columns.inertias_over_range(model))
-    build = Build({}, dt, parts_of(decay, dt))
+    start, *poses = (fastest(inertia, brakes) for inertia in columns.inertias_over_range(model))
+    needed = parts_of(max(start, *poses), dt)
+    build = Build({}, dt, min(needed, max(MOST_PARTS, parts_of(start, dt))))
     build.quantities |= {
         name: as_expression(value) for name, value in zip(GRAVITY_COMPONENTS, model.opt.gravity, strict=True)
     }
@@ -82,9 +90,8 @@ def multibody(model: mujoco.MjModel, layouts: Layouts, actions: Mapping[str, str
     place = place + moved
     changed = dict(zip(names, place, strict=True)) | dict(zip(map(rate_column, names), rate, strict=True))
     following = {column: changed[column] for column in layouts.state}
-    return Equations(
-        following, layouts, dt, quantities=_used(build.quantities, following, columns.quantities_of(model))
-    )
+    quantities = _used(build.quantities, following, columns.quantities_of(model))
+    return Equations(following, layouts, dt, quantities=quantities, notes=(TOO_FAST,) if needed > build.parts else ())
 
 
 def _accelerations(build: Build, forces: Forces, place: Values, rate: Values) -> Values:

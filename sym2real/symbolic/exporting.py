@@ -67,10 +67,11 @@ def export(equations: Equations, format: str, path: str | Path) -> Path:
         ModelError: when the equations cannot be compiled, or a file of a saved model would be written over.
         DataError: when there is no writing there.
     """
-    return write_export(Path(path), EXPORTS[format](equations), {**called(format), **interface(equations)})
+    arguments = ", ".join(name for name, layout in equations.layouts.groups.items() if len(layout))
+    return write_export(Path(path), EXPORTS[format](equations), {**called(format, arguments), **interface(equations)})
 
 
-def called(format: str, arguments: str = "state, action, inputs") -> dict[str, str]:
+def called(format: str, arguments: str) -> dict[str, str]:
     """How a file of a format is opened and called, for its interface; nothing of those that hold text."""
     known = {
         "torchscript": f"torch.jit.load(FILE)({arguments}): tensors of float32 (N, columns)",

@@ -29,14 +29,16 @@ def regulate(
 
     Raises:
         UnknownNameError: for a column that the robot does not have.
-        ShapeError: for a goal or spread that is no finite number, or a duration that is not positive.
+        ShapeError: for a goal or spread that is no finite number, a spread below 0, or a duration that is not positive.
     """
     require_positive("regulate", duration=duration)
     layout, wanted = robot.layouts.state, robot.start.copy()
     for column, value in (goal or {}).items():
         wanted[layout.index(column)] = value
-    if not np.isfinite([spread, *wanted]).all():
-        raise ShapeError(f"task 'regulate': expected finite numbers as goal and spread, found {goal} and {spread}")
+    if not (np.isfinite([spread, *wanted]).all() and spread >= 0.0):
+        raise ShapeError(
+            f"task 'regulate': expected finite numbers as goal, and a spread of at least 0, found {goal} and {spread}"
+        )
 
     def reference(time: Tensor) -> Tensor:
         return torch.as_tensor(wanted, dtype=time.dtype).expand(*time.shape, -1)

@@ -31,6 +31,7 @@ class Task:
     Args:
         name: what a user calls it.
         reference: full state wanted at a time in s: ``# (...,)`` → ``# (..., state)``, in the dtype of the time.
+            It is of time alone, and defined beyond the episode: controllers ask ahead.
         cost: running cost of one step: a SymPy expression over state columns, action columns and reference
             columns (``ref_x``, …), or a callable of state ``# (..., state)``, action ``# (..., action)`` and
             reference ``# (..., state)``, broadcast → ``# (...,)``. The state is the one after the action.

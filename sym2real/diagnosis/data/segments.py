@@ -18,10 +18,11 @@ from torch import Tensor
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.preparation import rows_of
-from sym2real.diagnosis.data.start import ROWS, noise_of, start_states
+from sym2real.diagnosis.data.start import ROWS, start_states
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.errors import ShapeError
 from sym2real.layout import Layout
+from sym2real.logs.noise import noise_of
 from sym2real.trajectory import Array, Trajectory
 from sym2real.vocabulary import JOINT_ANGLE, JOINT_DISPLACEMENT
 

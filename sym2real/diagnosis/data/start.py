@@ -8,7 +8,6 @@ a command a moment ago), the measured row is better than a fit and is taken.
 
 from __future__ import annotations
 
-import math
 from typing import Literal
 
 import numpy as np
@@ -16,34 +15,14 @@ import torch
 from numpy.typing import NDArray
 
 from sym2real.diagnosis.settings import SETTINGS
+from sym2real.logs.noise import noise_of
 from sym2real.trajectory import Array, Trajectory
 
 Start = Literal["smoothed", "measured"]
 
 ROWS = 10
-# Median absolute deviation of a normal variable to its standard deviation.
-MAD_TO_SIGMA = 1.4826
-SMALLEST_NOISE = 1e-9
 # Ages of rows that differ by less than this part of the largest are one.
 ALIKE = 1e-9
-
-
-def noise_level(values: Array, order: int = 3) -> Array:
-    """Standard deviation of white noise on smooth columns ``# (rows, k) -> (k,)``, from differences of this order.
-
-    Source: P. Hall, J. Kay, D. Titterington, difference-based variance estimation, Biometrika 77 (1990) 521–528, with
-    the binomial sequence of the order and a median for robustness against steps.
-    """
-    differences = np.diff(values, n=order, axis=0)
-    spread = np.median(np.abs(differences - np.median(differences, axis=0)), axis=0)
-    gain = np.sqrt(math.comb(2 * order, order))
-    return np.asarray(np.maximum(MAD_TO_SIGMA * spread / gain, SMALLEST_NOISE))
-
-
-def noise_of(trajectory: Trajectory) -> Array:
-    """The same of a log's states, per tangent component ``# (tangent,)``: of the steps between rows, added up."""
-    states = torch.as_tensor(trajectory.state)
-    return noise_level(trajectory.layouts.state.difference(states[1:], states[:-1]).cumsum(0).numpy())
 
 
 def start_states(trajectory: Trajectory, starts: NDArray[np.int64], method: Start = "smoothed") -> Array:

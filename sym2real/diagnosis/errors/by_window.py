@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 
 from sym2real.dataset import Dataset, Logs
 from sym2real.diagnosis.data.preparation import long_enough
-from sym2real.diagnosis.data.start import ROWS, noise_of
+from sym2real.diagnosis.data.start import ROWS
 from sym2real.diagnosis.data.windows import LARGEST, channel_name, judged, predict_windows
 from sym2real.effects.along_logs import prepared
 from sym2real.layout import Layout
 from sym2real.logs.conditions import features, over_windows, units_of
+from sym2real.logs.noise import noise_of
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Array

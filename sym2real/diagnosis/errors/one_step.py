@@ -8,11 +8,12 @@ import numpy as np
 
 from sym2real import correlations
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.data.start import ROWS, SMALLEST_NOISE
+from sym2real.diagnosis.data.start import ROWS
 from sym2real.diagnosis.data.windows import UNIT_OF_KIND, channel_name, predict_windows
 from sym2real.diagnosis.errors.residuals import Following, Residual, Residuals
 from sym2real.effects.along_logs import prepared
 from sym2real.layout import Layout
+from sym2real.logs.noise import SMALLEST_NOISE
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Array

@@ -26,7 +26,7 @@ def predict(equations: Equations, state: Values, action: Values, inputs: Values 
     """See :meth:`~sym2real.Equations.predict`."""
     if isinstance(state, Tensor):
         none = state.new_zeros((*state.shape[:-1], equations.layouts.inputs.size))
-        given = (state, action, none if inputs is None else inputs)
+        given = (state, _like(state, action), none if inputs is None else _like(state, inputs))
         layouts = replace(equations.layouts, state=visible_state(equations)).groups
         for (name, layout), values in zip(layouts.items(), given, strict=True):
             check_columns(name, values.shape, layout)
@@ -34,6 +34,10 @@ def predict(equations: Equations, state: Values, action: Values, inputs: Values 
     given = [tensor_of(values) for values in (state, action)] + ([] if inputs is None else [tensor_of(inputs)])
     with torch.no_grad():
         return predict(equations, *given).numpy()
+
+
+def _like(state: Tensor, values: Values) -> Tensor:
+    return values if isinstance(values, Tensor) else tensor_of(values).to(state)
 
 
 def score(equations: Equations, data: Logs, horizon: float) -> dict[str, float]:

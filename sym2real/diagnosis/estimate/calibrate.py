@@ -185,7 +185,10 @@ def _worth_it(problems: Problems, everything: Fit, rivals: Sequence[Candidate], 
 
 
 def cleaned(problems: Problems, fit: Fit, own: Calibration | None) -> Fit:
-    """The fit where its scores vanish without what the base contributes to them; itself without a calibration.
+    """The fit where its scores vanish without what the base contributes to them.
+
+    The fit itself without a calibration, and where the logs would then be explained worse than without any effect:
+    there the base does not do what it does in the simulator.
 
     Args:
         problems: what was fitted.
@@ -199,7 +202,7 @@ def cleaned(problems: Problems, fit: Fit, own: Calibration | None) -> Fit:
     step = problems.sure_step(moved, fit)
     values, without = problems.moved(moved, step), fit.values.clone()
     without[list(fit.free)] = own.origin[list(fit.free)]
-    there, nothing = problems.totals([values, without]).tolist()
-    if there > max(nothing, fit.total):  # the base does not do in these logs what it does there
+    moved_there, base_alone = problems.totals([values, without]).tolist()
+    if moved_there > max(base_alone, fit.total):
         return fit
     return replace(moved, values=values, gradient=moved.gradient + torch.einsum("sab,b->sa", fit.curvature, step))

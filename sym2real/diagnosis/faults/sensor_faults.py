@@ -31,7 +31,7 @@ import numpy as np
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.simulating import simulate
-from sym2real.diagnosis.data.start import ROWS, noise_level
+from sym2real.diagnosis.data.start import ROWS
 from sym2real.diagnosis.faults.fault import Fault, Settled
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects import EFFECTS
@@ -40,6 +40,7 @@ from sym2real.errors import Sym2RealError
 from sym2real.layout import Layout
 from sym2real.logs.agreement import RATES, turning
 from sym2real.logs.equal_steps import resampled
+from sym2real.logs.noise import noise_level
 from sym2real.logs.sources import AsRead
 from sym2real.logs.wheel_speed import along, made_of_wheel, way, with_along
 from sym2real.symbolic import Equations

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sym2real.diagnosis.data.start import noise_level
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.logs.extremes import at_extremes
+from sym2real.logs.noise import noise_level
 from sym2real.trajectory import Array, Trajectory
 
 # So many differences leave less of a path that a simulator followed than any sensor's noise.

@@ -101,9 +101,11 @@ class Tried:
             return f"The logs do not ask for {sentence}{self._better}, and leaves too little for it."
         if not self.supported:
             needed = SETTINGS.gain_of(len(self.findings))
-            if min(self.beside[key] for key in self.refused) > needed:
-                few = "but too few independent pieces of these logs tell of it to rule out chance"
-                return f"The logs do not establish {sentence}, {few}{self._refused}{self._better}."
+            if min(self.beside[key] for key in self.refused if key not in self.unneeded) > needed:
+                why = (
+                    "but too few independent pieces of these logs tell of it, or its fit ends where no value is likely"
+                )
+                return f"The logs do not establish {sentence}, {why}{self._refused}{self._better}."
             least = f"up to {_percent(needed)} is needed"
             return f"The logs do not ask for {sentence}; {least}{self._refused}{self._better}."
         return f"The logs ask for {sentence}{self._better or self._others}."

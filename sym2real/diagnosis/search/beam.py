@@ -75,10 +75,11 @@ class SearchResult:
 
         They were not taken because too few independent pieces of the logs tell of them.
         """
-        selection, most, found = self.selection, self.selection.fit.total, dict[str, float]()
-        for larger in selection.larger(selection.present):
-            left, inside = larger.fit.total, not selection.at_bound(larger.fit, larger.candidate)
-            explained = (most - left) / max(most - min(selection.problems.whitening.freedom, left), 1e-9)
+        selection, found = self.selection, dict[str, float]()
+        excess = selection.fit.total - selection.problems.whitening.freedom
+        for larger in selection.larger(selection.present) if excess > 0 else ():
+            explained = min(1.0, (selection.fit.total - larger.fit.total) / excess)
+            inside = not selection.at_bound(larger.fit, larger.candidate)
             if inside and explained >= SETTINGS.nearly and not selection.significant(larger.fit, larger.candidate):
                 found.setdefault(selection.problems.problem.library.key(larger.candidate.name), explained)
         return found

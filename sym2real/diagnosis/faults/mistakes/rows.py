@@ -18,9 +18,10 @@ import torch
 from numpy.typing import NDArray
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.data.start import MAD_TO_SIGMA, ROWS
+from sym2real.diagnosis.data.start import ROWS
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.field import Field
+from sym2real.logs.noise import MAD_TO_SIGMA
 from sym2real.logs.sources import AsRead
 from sym2real.trajectory import Array, Trajectory
 

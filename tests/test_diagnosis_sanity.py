@@ -13,7 +13,6 @@ from standard_set import Case, simulate_case
 from sym2real.control import geometric_controller
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import Diagnosis, add, compare
-from sym2real.diagnosis.data.segments import component_noise
 from sym2real.diagnosis.faults.sanity import Question, check, check_data
 from sym2real.diagnosis.faults.sensor_faults import readings
 from sym2real.diagnosis.predict.candidate import library_for
@@ -22,6 +21,7 @@ from sym2real.experiments import standard_conditions
 from sym2real.experiments.flying import fly
 from sym2real.layout import Layout
 from sym2real.logs.differences import rates_on_time
+from sym2real.logs.noise import component_noise
 from sym2real.plants import MujocoPlant
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
 from sym2real.tasks import make_task

@@ -22,7 +22,7 @@ from sym2real.diagnosis.data.start import ROWS, start_states
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.errors import ShapeError
 from sym2real.layout import Layout
-from sym2real.logs.noise import noise_of
+from sym2real.logs.noise import component_noise
 from sym2real.trajectory import Array, Trajectory
 from sym2real.vocabulary import JOINT_ANGLE, JOINT_DISPLACEMENT
 
@@ -184,12 +184,6 @@ def compared_fields(segments: Segments) -> tuple[Layout, list[int], list[int] | 
     chosen = [places.index(component) for component in segments.compared]
     columns = [layout.index(column) for column in part]
     return part, columns, None if chosen == list(range(len(places))) else chosen
-
-
-def component_noise(data: Dataset) -> Array:
-    """Noise of every tangent component, median over logs ``# (tangent,)``; a few rows among longer logs show none."""
-    long_enough = [trajectory for trajectory in data if len(trajectory) > ROWS] or data
-    return np.median([noise_of(trajectory) for trajectory in long_enough], axis=0)
 
 
 def _without_segments(data: Dataset, needed: int) -> ShapeError:

@@ -19,7 +19,7 @@ import torch
 from torch import Tensor
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.data.segments import Segments, compared_components, component_noise, segment_length
+from sym2real.diagnosis.data.segments import Segments, compared_components, segment_length
 from sym2real.diagnosis.data.start import ROWS, Start, start_states
 from sym2real.diagnosis.data.windows import channel_name, channel_units, predict_windows
 from sym2real.diagnosis.errors.rungs import Stage, windows_of
@@ -29,6 +29,7 @@ from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.layout import Layout
 from sym2real.logs.derive import SHORTEST, slope
+from sym2real.logs.noise import component_noise
 from sym2real.protocols import DynamicsModel
 from sym2real.trajectory import Array, Trajectory
 

@@ -22,7 +22,7 @@ import torch
 from torch import Tensor
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.data.segments import Segments, component_noise, cut, with_velocities
+from sym2real.diagnosis.data.segments import Segments, cut, with_velocities
 from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.full_model import improved
 from sym2real.diagnosis.estimate.quadratic import Fit, Free, Hypothesis
@@ -33,6 +33,7 @@ from sym2real.diagnosis.predict.library import Library, Slot, shielded
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects.kind import Parameter
+from sym2real.logs.noise import component_noise
 from sym2real.symbolic import Equations, lift_constants
 from sym2real.trajectory import Array
 

@@ -160,7 +160,6 @@ def _reading(told: Sequence[Told], column: str, of: str, honest: float) -> Readi
     moved = _shift(tables, dt, honest, noise**2 + 2.0 * of_angle**2)
     if moved is None:
         return None
-    # A lag that is none was chosen for errors that it makes small: scale and bias read there take these errors up.
     rows, shift = moved
     found = _scale_and_bias(tables[rows], noise)
     if found is None:
@@ -187,6 +186,7 @@ def _shift(tables: Mapping[int, Array], dt: float, honest: float, variance: floa
     shift = rows * dt + late / inverse
     beyond_chance = abs(shift) > SETTINGS.sensor_deviations * sqrt(covariance[2, 2]) / inverse
     shifted = beyond_chance and abs(shift) > honest * dt and _misses_more(tables[0], variance)
+    # A lag that is none was chosen for errors that it makes small: scale and bias read there take these errors up.
     return (rows, shift) if shifted else (0, 0.0)
 
 

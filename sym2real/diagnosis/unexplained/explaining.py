@@ -99,8 +99,9 @@ def find_far(stages: Sequence[Stage], floor: Sequence[Floor], motion: float) -> 
         return ()
     errors, lowest = stages[-1].horizons[stages[-1].nearest(JUDGED_AT)], _judged_at(floor)
     times, worst = max((errors[name].low / max(lowest.errors[name][0], 1e-12), name) for name in judged(errors))
-    far = Leftover(MISFIT, "", 1.0 - times**-2, f"{worst}, {lowest.horizon:.3g} s ahead", motion=motion)
-    return (far,) if times > SETTINGS.far else ()
+    if times <= SETTINGS.far:
+        return ()
+    return (Leftover(MISFIT, "", 1.0 - times**-2, f"{worst}, {lowest.horizon:.3g} s ahead", motion=motion),)
 
 
 def _judged_at(floor: Sequence[Floor]) -> Floor:

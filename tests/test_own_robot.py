@@ -119,6 +119,7 @@ def test_a_file_of_the_package_is_known_by_its_name_unless_it_is_asked_otherwise
     assert robot_called(str(tmp_path / "faster")).dt == pytest.approx(0.01)
 
 
+@pytest.mark.slow
 def test_a_changed_file_is_a_target_that_the_plain_model_meets(
     refused: Refused, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

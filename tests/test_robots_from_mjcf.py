@@ -198,6 +198,7 @@ def test_a_hidden_effect_that_a_second_of_two_logs_shows_is_named_and_not_establ
     assert "too few independent pieces" in tried.summary
 
 
+@pytest.mark.slow
 def test_a_joint_at_its_end_is_what_ended_the_episode(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "turret.xml").write_text(FOLDING.replace('range="-80 80"', 'range="0 80"'))
     main(["nominal", "mjcf", str(tmp_path / "turret.xml"), "--out", str(tmp_path / "turret")])

@@ -23,7 +23,7 @@ from sym2real.symbolic import save_model
 # Options that are texts and never name a place. A new option must go here or be a Place.
 NO_PLACES = {
     *("actions", "cases", "cluster", "columns", "contestants", "effects", "engine", "exclude"),
-    *("memory", "name", "numbers", "robot", "state", "task"),
+    *("memory", "name", "numbers", "options", "robot", "state", "task"),
 }
 VERB_CLASSES = [one for kind in VERBS.values() for one in (get_args(kind) if get_args(kind) else (kind,))]
 VERB_CLASSES = [get_args(one)[0] if hasattr(one, "__metadata__") else one for one in VERB_CLASSES]

@@ -156,6 +156,7 @@ def test_what_acts_outside_a_step_is_beside_an_export_and_told(format: str, tmp_
     assert any(note.startswith("t must be given") for note in result["notes"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("format", ["torchscript", "torch-export"])
 @pytest.mark.parametrize("memory", [None, 0, 3])
 def test_an_export_is_called_as_it_says(format: str, memory: int | None, tmp_path: Path) -> None:

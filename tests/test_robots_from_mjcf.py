@@ -26,6 +26,7 @@ from sym2real.logs import read_log
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.robots import ROBOTS, Robot
 from sym2real.robots.mjcf_columns import inertias, opened
+from sym2real.robots.multibody import MOST_PARTS
 from sym2real.symbolic import Equations, compile_model, load_model, save_model
 from sym2real.tasks import make_task
 from sym2real.trajectory import Array, Trajectory
@@ -171,6 +172,22 @@ FOLDING = """
   </actuator>
 </mujoco>
 """
+
+
+@pytest.mark.slow
+def test_a_joint_that_is_hardly_there_in_some_pose_makes_no_endless_equations() -> None:
+    """A ball on a slide that may stand on the axis that a servo turns: it would take dozens of steps in a period."""
+    light = """
+    <mujoco><worldbody><body><joint name="turn" axis="0 0 1"/>
+      <inertial pos="0 0 0" mass="1" diaginertia="1e-4 1e-4 1e-4"/>
+      <body><joint name="out" type="slide" axis="1 0 0" range="0 0.5" limited="true"/>
+        <inertial pos="0 0 0" mass="1" diaginertia="1e-4 1e-4 1e-4"/></body></body></worldbody>
+      <actuator><velocity name="servo" joint="turn" kv="5" ctrlrange="-2 2"/></actuator>
+      <keyframe><key qpos="0 0.4"/></keyframe></mujoco>"""
+    equations = Robot.from_mjcf(light, name="light").nominal()
+    assert any("rests within a small part of a period" in note for note in equations.notes)
+    parts = {name.partition("_")[0] for name in equations.quantities if name.startswith("part")}
+    assert parts == {f"part{number}" for number in range(2, MOST_PARTS + 1)}
 
 
 def regulated(robot: Robot, hidden: str, value: float, count: int) -> list[Trajectory]:

@@ -21,7 +21,14 @@ RobotPlace = Annotated[Place, tyro.conf.Positional, tyro.conf.arg(metavar="ROBOT
 DescriptionFile = Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="FILE.xml")]
 RobotName = Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="ROBOT")]
 TaskName = Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="TASK")]
-TaskOptions = Annotated[tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="[OPTION=VALUE ...]")]
+TaskOptions = Annotated[
+    tuple[str, ...],
+    tyro.conf.Positional,
+    tyro.conf.arg(
+        metavar="[OPTION=VALUE ...]",
+        help="Numbers of the task, as radius=2 of a circle; of regulate the goals of joints or other columns (m, rad).",
+    ),
+]
 OptionalTask = Annotated[str | None, tyro.conf.Positional, tyro.conf.arg(metavar="[TASK]")]
 OptionalName = Annotated[str | None, tyro.conf.Positional, tyro.conf.arg(metavar="[NAME]")]
 Logs = Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="LOG [LOG ...]")]

@@ -35,7 +35,6 @@ class Run:
     task: TaskName
     """hover, circle, lemniscate, track, park, reverse_circle or, of any robot, regulate."""
     options: TaskOptions = ()
-    """Numbers of the task, as radius=2 of a circle; of regulate the goals of joints or other columns (m, rad)."""
     plant: Place = "simulator"
     """What is flown: the plain MuJoCo simulator, the model itself ("model"), or the folder of a simulator, or of a
     model for the plain robot that it is of."""

@@ -41,7 +41,6 @@ class Simulate:
     out: Path
     """The log to write, .csv or .parquet."""
     options: TaskOptions = ()
-    """Numbers of the task, as radius=2 of a circle; of regulate the goals of joints or other columns (m, rad)."""
     controller: Literal["geometric", "random"] = "geometric"
     """Geometric tracking (of joints a linear-quadratic regulator), or the random commands that Stage I starts with."""
     seconds: OptionalSeconds = None

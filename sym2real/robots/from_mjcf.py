@@ -91,9 +91,9 @@ def from_mjcf(
     if planar.asked(state):
         motion = _in_a_plane(model, data, wanted)
     elif columns.FREE in model.jnt_type:
-        motion = _in_space(model, data, wanted, _state(known, state))
+        motion = _in_space(model, data, wanted, known, _state(known, state))
     else:
-        motion = _of_joints(model, data, wanted, _state(known, state))
+        motion = _of_joints(model, data, wanted, known, _state(known, state))
     layouts, period = motion.layouts, _period(model, dt)
     actuators = [model.actuator(actuator_name).id for actuator_name in wanted]
     low, high = columns.ranges_of(model, actuators)
@@ -167,8 +167,10 @@ def _in_a_plane(model: mujoco.MjModel, data: mujoco.MjData, actions: Mapping[str
     )
 
 
-def _in_space(model: mujoco.MjModel, data: mujoco.MjData, actions: Mapping[str, str], state: Layout) -> _Motion:
-    motion = _of_joints(model, data, actions, state)
+def _in_space(
+    model: mujoco.MjModel, data: mujoco.MjData, actions: Mapping[str, str], known: Mapping[str, Any], state: Layout
+) -> _Motion:
+    motion = _of_joints(model, data, actions, known, state)
     motion = replace(motion, crash="contact", uncovered=against_flying(model, data, actions))
     if motion.uncovered:
         return motion
@@ -178,8 +180,10 @@ def _in_space(model: mujoco.MjModel, data: mujoco.MjData, actions: Mapping[str, 
     return replace(motion, resting=resting, numbers=craft.numbers, quantities=quantities)
 
 
-def _of_joints(model: mujoco.MjModel, data: mujoco.MjData, actions: Mapping[str, str], state: Layout) -> _Motion:
-    layouts, known = columns.layouts_of(model, state, actions), columns.state_columns(model)
+def _of_joints(
+    model: mujoco.MjModel, data: mujoco.MjData, actions: Mapping[str, str], known: Mapping[str, Any], state: Layout
+) -> _Motion:
+    layouts = columns.layouts_of(model, state, actions)
     places = [known[column][1] for column in layouts.state]
     standing = np.concatenate([data.qpos, np.zeros(model.nv)])
     return _Motion(

@@ -23,6 +23,14 @@ class DynamicsModel(Protocol):
     def __call__(self, state: Tensor, action: Tensor, inputs: Tensor | None = None) -> Tensor: ...
 
 
+class WholeModel(DynamicsModel, Protocol):
+    """A prediction that knows its columns, with a network in it; equations are no such model, but say one."""
+
+    @property
+    def layouts(self) -> Layouts:
+        """Columns of state, action and inputs, as a log has them."""
+
+
 class Plant(Protocol):
     """What a controller acts on: a simulator, a model, a replayed log or a robot."""
 

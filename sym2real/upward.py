@@ -10,7 +10,8 @@ from typing import Any
 
 _OF = {
     "sym2real.diagnosis.data.simulating": ("simulate",),
-    "sym2real.diagnosis.errors.simulating": ("predict", "score"),
+    "sym2real.diagnosis.errors.scoring": ("score",),
+    "sym2real.effects.one_step": ("predict",),
     "sym2real.logs.frames": ("log_of_frame", "frame_of_log"),
     "sym2real.report.html.pages": ("write_diagnosis_page",),
     "sym2real.report.notebook": (

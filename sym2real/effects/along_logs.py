@@ -46,7 +46,7 @@ def predicted_from(
         start: states there ``# (windows, state)``; those measured by default.
         action: commands ``# (windows, steps, action)``; those of the log by default.
     """
-    precision, seen = _precision(model), past_rows(model)
+    precision, seen = precision_of(model), past_rows(model)
     states, actions, inputs = (
         torch.as_tensor(values, dtype=precision) for values in (log.state, log.action, log.inputs)
     )
@@ -59,7 +59,7 @@ def predicted_from(
         return rollout(model, torch.cat([begin, hidden], dim=-1), sent, inputs[ahead], past=past).double()
 
 
-def _precision(model: object) -> torch.dtype:
+def precision_of(model: object) -> torch.dtype:
     """Of a model's weights; double where it has none."""
     whole = model.model if isinstance(model, MeasuredModel) else model
     weights = (*whole.parameters(), *whole.buffers()) if isinstance(whole, nn.Module) else ()

@@ -7,12 +7,13 @@ from torch import Tensor
 
 from sym2real.effects.filters import hidden_along, with_hidden_start
 from sym2real.layout import Layout
+from sym2real.protocols import WholeModel
 from sym2real.symbolic import Equations, compile_model, rollout
 
 
-def visible_state(equations: Equations) -> Layout:
+def visible_state(model: Equations | WholeModel) -> Layout:
     """The state columns that a log holds."""
-    return Layout(tuple(field for field in equations.layouts.state.fields if not field.hidden))
+    return Layout(tuple(field for field in model.layouts.state.fields if not field.hidden))
 
 
 class VisibleModel:

@@ -24,6 +24,7 @@ from sym2real.neural.residual_mlp import ResidualMLP, joined
 from sym2real.neural.symbolic_residual import SymbolicResidual
 from sym2real.symbolic import Equations, build_module, compile_model, read_back
 from sym2real.symbolic.compile import script
+from sym2real.symbolic.predicting import Predicting
 
 Base = Equations | Ensemble
 Residual = ResidualMLP | SymbolicResidual
@@ -87,7 +88,7 @@ def state_of(base: Base) -> Layout:
     return visible_state(base) if isinstance(base, Equations) else base.layouts.state
 
 
-class Composed(nn.Module):
+class Composed(Predicting, nn.Module):
     """A dynamics model: a base plus a residual.
 
     Args:

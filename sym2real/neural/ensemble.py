@@ -23,9 +23,10 @@ from sym2real.layout import Layouts
 from sym2real.neural.manifold import manifold_of
 from sym2real.neural.networks import Networks
 from sym2real.neural.residual_mlp import joined
+from sym2real.symbolic.predicting import Predicting
 
 
-class Ensemble(nn.Module):
+class Ensemble(Predicting, nn.Module):
     """Next state ``# (..., n)`` for state ``# (..., n)`` and action ``# (..., m)``.
 
     Args:

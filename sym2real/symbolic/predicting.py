@@ -1,4 +1,4 @@
-"""What equations predict, as their methods: one step, a log, and how well."""
+"""What a model predicts, as its methods: one step, a log, and how well."""
 
 from typing import TypeVar
 
@@ -29,12 +29,13 @@ def tensor_of(values: ArrayLike) -> Tensor:
 
 
 class Predicting:
-    """Methods of :class:`~sym2real.Equations`; NumPy in, NumPy out, tensors in, tensors out."""
+    """Methods of equations, and of models with networks; NumPy in, NumPy out, tensors in, tensors out."""
 
     def predict(self, state: Values, action: Values, inputs: Values | None = None) -> Values:
         """State one time step later, as sensors report it; leading dimensions broadcast.
 
-        Delays and lags of commands are not in it, as they need the commands before: see :meth:`simulate`.
+        Delays and lags of commands are not in it, as they need the commands before: see :meth:`simulate`. A network
+        that sees past rows takes this one for all of them.
 
         Args:
             state: measured state in the columns' units, without hidden columns ``# (..., state)``.
@@ -51,10 +52,10 @@ class Predicting:
         return following
 
     def simulate(self, log: Trajectory, horizon: float | None = None) -> Trajectory:
-        """The log as the equations predict it from its commands and inputs, with all their effects.
+        """The log as the model predicts it from its commands and inputs, with all its effects.
 
         Args:
-            log: its columns and time step are those of the equations.
+            log: its columns and time step are those of the model.
             horizon: s after which the prediction starts again from the log; None for one free run from the first row.
 
         Raises:
@@ -77,7 +78,7 @@ class Predicting:
         100 is perfect, 0 no better than the mean of the log; not a number where a log is too short to tell.
 
         Args:
-            log: one or more, with the equations' columns and time step.
+            log: one or more, with the model's columns and time step.
             horizon: how far ahead, s; predictions start every 0.1 s.
 
         Raises:

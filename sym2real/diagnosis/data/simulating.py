@@ -1,4 +1,4 @@
-"""What equations predict of a log: the work of their method of this name."""
+"""What a model predicts of a log: the work of its method of this name."""
 
 from __future__ import annotations
 
@@ -10,13 +10,14 @@ from sym2real.dataset import Dataset, logs_in
 from sym2real.diagnosis.data.start import start_states
 from sym2real.diagnosis.data.windows import rows_ahead
 from sym2real.effects.along_logs import predicted_from, prepared
+from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Trajectory
 
 
-def simulate(equations: Equations, log: Trajectory, horizon: float | None = None) -> Trajectory:
+def simulate(whole: Equations | DynamicsModel, log: Trajectory, horizon: float | None = None) -> Trajectory:
     """See :meth:`~sym2real.Equations.simulate`."""
-    model, logs = prepared(equations, Dataset(logs_in(log)))
+    model, logs = prepared(whole, Dataset(logs_in(log)))
     ready = logs[0]
     steps = len(ready) - 1 if horizon is None else rows_ahead(horizon, ready.dt)
     rows = np.arange(0, len(ready) - 1, steps)

@@ -152,6 +152,7 @@ def test_the_order_given_does_not_matter_and_physics_decides_it() -> None:
 
 
 def test_a_command_is_cut_off_then_late_then_mapped() -> None:
+    """The heading turns by the wheels' mean angle over a period, and a gyro shows the one at its end."""
     keys: dict[str, dict[str, float]] = {
         "gain:steer": {"value": 2.0},
         "offset:steer": {"value": 0.1},
@@ -161,23 +162,23 @@ def test_a_command_is_cut_off_then_late_then_mapped() -> None:
     }
     commands = torch.tensor([0.0, 0.9, 0.9, 0.0, 0.0], dtype=torch.float64)
     late = torch.tensor([0.0, 0.0, 0.3, 0.3, 0.0], dtype=torch.float64)
-    answers, lagged = [], 0.0
+    means, ends, lagged = [], [0.0], 0.0
     for command in late:  # the lag's mean over a period by quadrature
         times = np.linspace(0, MUSHR.dt, 2001)
         follows = float(command) + (lagged - float(command)) * np.exp(-times / 0.1)
-        answers.append(2.0 * trapezoid(follows, times) / MUSHR.dt + 0.1)
-        lagged = follows[-1]
+        means.append(2.0 * trapezoid(follows, times) / MUSHR.dt + 0.1)
+        ends.append(lagged := follows[-1])
     for order in itertools.islice(itertools.permutations(keys), 0, None, 17):
         equations = compose(nominal(MUSHR), [(effect(key, MUSHR), keys[key]) for key in order])
-        state, action, inputs = rows(equations)
-        sent, reaching = action[:5].clone(), action[:5].clone()
-        sent[:, 0], reaching[:, 0] = commands, torch.tensor(answers, dtype=torch.float64)
-        torch.testing.assert_close(
-            stepped(equations, state[:5], filter_commands(equations, sent), inputs[:5]),
-            stepped(nominal(MUSHR), state[:5], reaching, inputs[:5]),
-            rtol=1e-6,
-            atol=1e-8,
-        )
+        state, action, inputs = (values[:5] for values in rows(nominal(MUSHR)))
+        sent, by_mean, by_end = action.clone(), action.clone(), action.clone()
+        sent[:, 0], by_mean[:, 0] = commands, torch.tensor(means, dtype=torch.float64)
+        by_end[:, 0] = 2.0 * torch.tensor(ends[1:], dtype=torch.float64) + 0.1
+        whole = torch.cat([state, torch.tensor(ends[:-1], dtype=torch.float64)[:, None]], dim=1)
+        expected = stepped(nominal(MUSHR), state, by_mean, inputs)
+        expected[:, 6] = stepped(nominal(MUSHR), state, by_end, inputs)[:, 6]
+        after = stepped(equations, whole, filter_commands(equations, sent), inputs)[:, :7]
+        torch.testing.assert_close(after, expected, rtol=1e-6, atol=1e-8)
 
 
 def test_motor_lag_delays_the_thrust_that_turns_an_offset_centre_of_mass() -> None:

@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from sym2real.effects import truth
+from sym2real.effects import steering, truth
 from sym2real.effects.body import Body
-from sym2real.effects.kind import DELAY_TIME, NOT_NEGATIVE, UNLIMITED, Kind, Numbers, Parameter
+from sym2real.effects.kind import DELAY_TIME, NOT_NEGATIVE, UNLIMITED, Kind, Numbers, Parameter, Values
 from sym2real.effects.manoeuvres import EXCITED
 from sym2real.effects.memory import lag, play, rate_limited, shift, zero_band
 from sym2real.effects.searching import Searching, Shown, alone_on, by_role, steps
@@ -70,7 +70,8 @@ RATE_LIMIT = Kind(
 
 
 def _delay_parameters(body: Body) -> tuple[Parameter, ...]:
-    return (Parameter("value", "s", null=0.0, low=0.0, high=0.5, scale=2 * body.dt, domain=DELAY_TIME),)
+    value = Parameter("value", "s", null=0.0, low=0.0, high=0.5, scale=2 * body.dt, domain=DELAY_TIME)
+    return value, *steering.seen(body)
 
 
 def _delay_inject(body: Body, values: Numbers) -> Change:
@@ -101,6 +102,10 @@ def _delay_inject(body: Body, values: Numbers) -> Change:
     return Change("", edit=edit if rest > 1e-9 else None, command=begin if periods else None)
 
 
+def _delay_parts(values: Values, body: Body) -> tuple[tuple[Kind, Values], ...]:
+    return steering.parts(DELAY, steering.of_delay, values, body)
+
+
 DELAY = Kind(
     name="delay",
     stage="filter",
@@ -114,6 +119,8 @@ DELAY = Kind(
     memory=lambda body: shift(body.loop_gains),
     columns="action",
     column_needed=False,
+    parts=_delay_parts,
+    shared=(steering.BEFORE,),
     searching=Searching(
         why_not=alone_on("motors"),
         starts=steps(1.0, 2.0, 4.0),
@@ -123,13 +130,25 @@ DELAY = Kind(
 
 
 def _lag_parameters(body: Body) -> tuple[Parameter, ...]:
-    return (Parameter("value", "s", null=0.0, low=0.0, high=1.0, scale=2 * body.dt, domain=NOT_NEGATIVE),)
+    value = Parameter("value", "s", null=0.0, low=0.0, high=1.0, scale=2 * body.dt, domain=NOT_NEGATIVE)
+    return value, *steering.seen(body)
 
 
 def _slow(spec: Any, body: Body, values: Numbers) -> None:
     """MuJoCo's actuator dynamics."""
     for actuator in truth.actuators(spec, body):
         truth.set_lag(spec, actuator, values["value"])
+
+
+def _no_lag(body: Body) -> str:
+    """Motor and steering servo have no time constant in common."""
+    if body.shows_steering and not body.column:
+        return "the lags of the commands stand for it together"
+    return alone_on("motors")(body)
+
+
+def _lag_parts(values: Values, body: Body) -> tuple[tuple[Kind, Values], ...]:
+    return steering.parts(LAG, steering.of_lag, values, body)
 
 
 LAG = Kind(
@@ -145,9 +164,11 @@ LAG = Kind(
     memory=lambda body: lag(body.loop_gains),
     columns="action",
     column_needed=False,
+    parts=_lag_parts,
+    shared=(steering.BEFORE,),
     lagging=True,
     searching=Searching(
-        why_not=alone_on("motors"),
+        why_not=_no_lag,
         starts=steps(2.5),
         shown_in=by_role({"speed": (Shown.DITHER, Shown.SPEEDS, Shown.SWINGING_SPEED)}, (Shown.DITHER,)),
     ),

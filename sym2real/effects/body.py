@@ -19,6 +19,7 @@ SCALES = {"rad/s": 0.5, "rad": 0.05, "m/s": 0.1, "m/s^2": 0.3, "m": 0.05, "1": 0
 
 # The same of an actuator whose range is known: a part of it.
 SPAN_PART = 0.03
+AT_ONCE = 1e9  # 1/s
 # Unit of a joint that the state does not hold, by that of what pushes along it.
 OF_PUSHED = {"N": "m", "N m": "rad"}
 
@@ -168,9 +169,16 @@ class Body:
         """Gain in 1/s of the rate loop behind the bound action column, or behind each of all; 0 where there is none.
 
         A speed loop counts as none: what its mean moves, the position, is measured better than the speed it ends at.
+        A gyro shows the steering that a period ends with, as if a loop without lag were behind it.
         """
         known = {f"w{axis}_cmd": self.numbers.get(f"k{axis}", 0.0) for axis in "xyz"}
+        known |= {STEER_COLUMN: AT_ONCE} if self.shows_steering else {}
         return tuple(known.get(self.layouts.action.columns[place], 0.0) for place in self.action_indices())
+
+    @property
+    def shows_steering(self) -> bool:
+        """Whether it is a car the yaw rate of which is a column."""
+        return self.planar and STEER_COLUMN in self.layouts.action and "wz" in self.layouts.state
 
     def action_indices(self) -> list[int]:
         """Positions of the bound action column, or of all of them."""

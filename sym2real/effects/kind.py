@@ -120,6 +120,7 @@ class Kind:
         column_needed: false where no column means all of them.
         parts: for effects that are two others: their kinds and values.
         hidden: hidden states that it brings; equations that have one of them have the effect already.
+        shared: hidden states that it may bring, and that several effects may have in common.
         contradiction: what is wrong with values that cannot stand together, "" where they can.
         counts_as: keys, or patterns of keys, of effects that together are this one.
         searching: how it takes part in a search.
@@ -150,6 +151,7 @@ class Kind:
     column_needed: bool = True
     parts: Callable[[Values, Body], tuple[tuple[Kind, Values], ...]] | None = None
     hidden: tuple[str, ...] = ()
+    shared: tuple[str, ...] = ()
     contradiction: Callable[[Numbers], str] = lambda _: ""
     counts_as: tuple[str, ...] = ()
     searching: Searching = field(default_factory=Searching)

@@ -141,7 +141,10 @@ class Library:
         """Slots without whose effects hidden states do not matter; None where the base has hidden states itself."""
         if any(field.hidden for field in self.base.layouts.state.fields):
             return None
-        hiding = {name for name, effect in self.effects.items() if effect.of.hidden}
+        state = {*self.equations.layouts.state}
+        hiding = {
+            name for name, effect in self.effects.items() if state.intersection((*effect.of.hidden, *effect.of.shared))
+        }
         return tuple(i for i, slot in enumerate(self.slots) if slot.effect in hiding)
 
     def busy(self, sets: Tensor, slots: Sequence[int] | None) -> Tensor:

@@ -19,7 +19,7 @@ from sym2real.effects.kind import Kind, Parameter, with_unit
 from sym2real.logs.resample import is_resampled
 
 # Filters act on one number a control step, its mean but behind rate loops. One that changes steadily within it moves a
-# position by a third of its change, its mean by a half: a sixth of a step that a lag's time cannot be told from. Of a
+# position by a third of its change, its mean by a half: a sixth of a step by which a lag or a delay is unsure. Of a
 # log that was resampled commands changed within steps: what goes by a step's last goes by its mean, half a step away.
 WITHIN_A_STEP, OF_UNEVEN = 1 / 6, 1 / 2
 # Standard deviations of a 95 % interval.
@@ -104,7 +104,7 @@ def _unresolved(problem: Problem, kind: Kind, slot: Parameter) -> float:
     """Half-width of what control steps hide of when a command acts, in s; none of other effects."""
     resampled = any(is_resampled(log) for log in problem.data)
     timing = slot.unit == "s" and (kind.lagging or kind.columns == "action")
-    return timing * (OF_UNEVEN if resampled else WITHIN_A_STEP * kind.lagging) * problem.data.dt
+    return timing * (OF_UNEVEN if resampled else WITHIN_A_STEP) * problem.data.dt
 
 
 def attenuated(selection: Selection, candidate: Candidate, fit: Fit) -> bool:

@@ -1,0 +1,90 @@
+"""What a late steering does to a heading and to a gyro, in the same control period.
+
+The yaw rate at the end of a period is that of the wheels' angle then; the heading has turned by the mean of that angle
+over the period. So of a car with a gyro a delay or a lag of the steering makes of a row of commands the angle e at its
+end, as behind a loop of endless gain, and the heading, the place and the velocity go by::
+
+    mean = e + w (e_before - e)
+
+With e_before at the end of the period before, a hidden state. Of a delay w is the part of a period that it is beyond
+whole ones. Of a lag, τ ẋ = u - x, it is (m - l)/(1 - l), l = e^(-dt/τ) what is left of the distance from the command
+after a period, m = τ (1 - l)/dt what is left of it in the mean.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+
+from sympy import Expr, Integer, Max, exp, floor
+
+from sym2real.effects.body import Body
+from sym2real.effects.kind import Kind, Parameter, Values
+from sym2real.effects.memory import WHOLE
+from sym2real.effects.terms import defined, with_hidden
+from sym2real.symbolic import Equations, symbol
+from sym2real.symbolic.expressions import exchange, names_in
+from sym2real.vocabulary import STEER_COLUMN
+
+YAW_RATE, SHARE = "wz", "mean_share"
+BEFORE, MEAN, OF_MEAN, OF_GYRO = "steer_before", "steer_mean", "share_before", "gyro_share_before"
+Weight = Callable[[Expr, float], Expr]
+
+
+def of_delay(delay: Expr, dt: float) -> Expr:
+    """w of a delay in s."""
+    late = delay / dt
+    return Max(0, late - floor(late + WHOLE))
+
+
+def of_lag(time: Expr, dt: float) -> Expr:
+    """w of a lag with a time constant in s."""
+    left = exp(-dt / time)
+    return time / dt - left / (1 - left)
+
+
+def _shown(body: Body) -> bool:
+    return body.shows_steering and body.column in ("", STEER_COLUMN)
+
+
+def seen(body: Body) -> tuple[Parameter, ...]:
+    """How much of the yaw rate's step goes by the mean as well."""
+    return (Parameter(SHARE, "1", null=0.0, low=0.0, high=1.0, scale=0.5),) if _shown(body) else ()
+
+
+def parts(kind: Kind, weight: Weight, values: Values, body: Body) -> tuple[tuple[Kind, Values], ...]:
+    """A filter, and beside it the mean over the period of a steering that it acts on, where a gyro shows its end."""
+    if not _shown(body):
+        return ((kind, values),)
+    return (kind, values), (replace(kind, memory=None, substitute=partial(_by_mean, weight)), values)
+
+
+def _by_mean(weight: Weight, equations: Equations, values: Values, body: Body) -> Equations:
+    """Of several in a row each lets through what the others leave of the angle before."""
+    equations = equations if MEAN in equations.quantities else _with_mean(equations)
+    share = weight(values["value"], equations.dt)
+    shares = {OF_MEAN: share, OF_GYRO: share * values[SHARE]}
+    return defined(equations, {name: 1 - (1 - equations.quantities[name]) * (1 - own) for name, own in shares.items()})
+
+
+def _with_mean(equations: Equations) -> Equations:
+    """The equations with the mean of the steering in its place, and its own for the yaw rate; both are its end yet."""
+    steer, last, at_rest = symbol(STEER_COLUMN), symbol(BEFORE), equations.start
+    row = _over_columns(equations, equations.next[YAW_RATE])
+    none = dict.fromkeys((MEAN, OF_MEAN, OF_GYRO), Integer(0))
+    equations = defined(equations, none).substitute({STEER_COLUMN: symbol(MEAN)})
+    # Other hidden states begin at rest: a steering that has been held for ever is its own mean.
+    equations = with_hidden(replace(equations, start=at_rest), BEFORE, "rad", steer, start=steer)
+    equations = defined(equations, {MEAN: steer + symbol(OF_MEAN) * (last - steer)})
+    shown = exchange({steer: steer + symbol(OF_GYRO) * (last - steer)})(row)
+    return replace(equations, next={**equations.next, YAW_RATE: shown})
+
+
+def _over_columns(equations: Equations, row: Expr) -> Expr:
+    """An expression with the quantities put in that go by the steering."""
+    using = {STEER_COLUMN}
+    while more := {name for name, by in equations.quantities.items() if names_in(by) & using} - using:
+        using |= more
+    put_in = exchange({symbol(name): equations.quantities[name] for name in using - {STEER_COLUMN}})
+    while names_in(row) & (using - {STEER_COLUMN}):
+        row = put_in(row)
+    return row

@@ -42,7 +42,8 @@ def car(
     Args:
         wheelbase: in m.
         command: actions are steering in rad, and speed in m/s or acceleration along the heading in m/s².
-        time_constant: of the speed loop in s; 0 reaches the commanded speed at once, and then forces do nothing.
+        time_constant: of the speed loop in s; 0 reaches the commanded speed at once, but for what a force gives in one
+            step, which the loop leaves.
         mass: that a force must move, with spinning wheels, in kg.
         centre: distance of the centre of mass ahead of the rear axle in m.
         dt: time step in s.
@@ -73,6 +74,8 @@ def car(
     pull = (ahead + (symbol("tz") + centre * left) * curvature) / mass
     loop = FirstOrder(1.0 / time_constant if time_constant > 0 else math.inf, dt)
     speed, mean = loop.end(forward, symbol("speed"), pull), loop.mean(forward, symbol("speed"), pull)
+    if not time_constant:  # a loop that takes one step to make up for a force: the speed is off by what that gives
+        speed = mean = symbol("speed") + dt * pull
     if command == "acceleration":
         gained = dt * (symbol("acceleration") + pull)
         speed, mean = forward + gained, forward + gained / 2

@@ -17,7 +17,7 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.preparation import present
 from sym2real.diagnosis.faults.fault import Breach
 from sym2real.diagnosis.faults.mistakes.transformation import Exchanged, Misread, counted_otherwise, of_all
-from sym2real.diagnosis.faults.units import factors
+from sym2real.diagnosis.faults.units import Scaled, factors
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.logs.agreement import RATES, level_push, rate_agreement, thrust_agreement
 from sym2real.logs.course import between, courses, decides, headings, together
@@ -101,10 +101,32 @@ def _correlation(data: Dataset) -> float:
 
 
 def other_angles(data: Dataset) -> list[Breach]:
-    """Angles in degrees taken for radians, or the other way, where rates and a car's way agree with such alone."""
+    """Angles in degrees taken for radians, or the other way, where rates and a car's way agree with such alone.
+
+    Rates may be in degrees as well, and then agree with the angles as they stand: the way alone does not.
+    """
     columns = present(data, RATES), present(data, (*QUATERNION, *SINE_COSINE))
-    placed = present(data, LEVEL) == LEVEL and columns in ((RATES, QUATERNION), (RATES[-1:], SINE_COSINE))
-    now = _concordance(data) if placed else ()
+    if present(data, LEVEL) != LEVEL or columns not in ((RATES, QUATERNION), (RATES[-1:], SINE_COSINE)):
+        return []
+    if found := _misread(data, columns[1]):
+        return found
+    rates = Breach(Scaled(columns[0], DEGREES, "deg/s"), "they turn the attitude as it is meant")
+    meant = rates.undone(data)
+    found = [] if _goes_there(data) else _misread(meant, columns[1])
+    for breach in found:
+        meant = breach.undone(meant)
+    return [rates, *found] if found and _goes_there(meant) else []
+
+
+def _goes_there(data: Dataset) -> bool:
+    """Whether a car goes where it heads, or thrust pushes a robot where it points."""
+    if present(data, SINE_COSINE):
+        return together(courses(data), headings(data)) > SETTINGS.mostly
+    return (thrust_agreement(list(data)).correlation or 0.0) > SETTINGS.mostly
+
+
+def _misread(data: Dataset, columns: tuple[str, ...]) -> list[Breach]:
+    now = _concordance(data)
     if not now or max(now) > SETTINGS.mostly:
         return []
     for times, unit, what in ((DEGREES, "deg", READ), (1.0 / DEGREES, "rad", READ[::-1])):
@@ -112,7 +134,7 @@ def other_angles(data: Dataset) -> list[Breach]:
             f"an attitude in {' that is read as '.join(what)}", partial(_unit, unit), partial(_divided, times)
         )
         then = min(_concordance(of_all(meant, data)), default=0.0)
-        if then >= SETTINGS.mostly and (times > 1.0 or columns[1] == SINE_COSINE or _pushed_as_turned(data)):
+        if then >= SETTINGS.mostly and (times > 1.0 or columns == SINE_COSINE or _pushed_as_turned(data)):
             shown = f"what moves the robot agrees with it by {then:.2f} of 1 then, by {max(now):.2f} as it stands"
             return [Breach(meant, shown)]
     return []

@@ -90,8 +90,13 @@ def test_equal_effects_compete_in_one_place() -> None:
     found = {one.name: one for one in candidates(library_for(CRAZYFLIE.nominal(), Dataset([hover])), Dataset([hover]))}
     assert found["wind"].excludes == ("mounting_tilt",)
     assert found["mounting_tilt"].excludes == ("wind",)
-    assert {"gain:thrust", "offset:thrust", "thrust_curve"} <= set(found["added_mass"].alike)
-    assert not {"offset:thrust", "thrust_curve"} & found.keys()  # near one thrust every thrust map is a gain
+    assert {"gain:thrust", "offset:thrust"} <= set(found["added_mass"].alike)
+    assert "offset:thrust" not in found  # near one thrust it is a gain, but a curve through the hover thrust is none
+    assert "thrust_curve" in found
+    level = flight(0.1 * np.sin(phase), still + 0.27, still)
+    found = {one.name: one for one in candidates(library_for(CRAZYFLIE.nominal(), Dataset([level])), Dataset([level]))}
+    assert "thrust_curve" in found["added_mass"].alike
+    assert not {"offset:thrust", "thrust_curve"} & found.keys()
     separated = candidates(library_for(CRAZYFLIE.nominal(), Dataset([busy])), Dataset([busy]))
     assert all(not one.excludes for one in separated)
     assert {"offset:thrust", "thrust_curve"} <= {one.name for one in separated}

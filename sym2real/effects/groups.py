@@ -55,15 +55,17 @@ GROUPS = (
 )
 # Those that are equal on such logs only, and that a fit tells apart elsewhere, where the first is named. The law that
 # holds at the speeds of small robots is (rotors in inflow, G. Hoffmann et al., AIAA 2007-6461), and the mass, because
-# near one thrust an offset is a gain (a curve, which is right in hover, is none); a steering gain, a lever arm and a
+# near one thrust an offset is a gain, and at one thrust so is a curve; a steering gain, a lever arm and a
 # lag of the steering, because at one speed tyres turn the car by one part less, move it by one arm, and are late by one
 # time; and a steering gain, because on one circle every steering map is one.
 ONE_SPEED, ONE_THRUST = "speed stays near one value", "thrust stays near one value"
 NAMED = (
     Group(ONE_SPEED, ("linear_drag", "quadratic_drag"), manoeuvres.one_speed, one_of=True),
     Group(ONE_THRUST, ("added_mass", "gain:thrust", "offset:thrust"), manoeuvres.steady_thrust_alone, one_of=True),
+    Group("thrust has one value", ("added_mass", "thrust_curve"), manoeuvres.constant_thrust_alone, one_of=True),
     # Where motors turn the body as well, their torques tell what scales them from what does not.
     Group(ONE_THRUST, ("added_mass", "offset:thrust"), manoeuvres.steady_thrust, one_of=True),
+    Group("thrust has one value", ("gain:thrust", "thrust_curve"), manoeuvres.constant_thrust, one_of=True),
     Group(ONE_SPEED, ("gain:steer", "understeer"), manoeuvres.one_speed, one_of=True),
     Group(ONE_SPEED, ("lever_arm", "tyre_slip"), manoeuvres.one_speed, one_of=True),
     Group(ONE_SPEED, ("lag:steer", "relaxation_length"), manoeuvres.one_speed, one_of=True),

@@ -12,6 +12,8 @@ from sym2real.vocabulary import ATTITUDE, VELOCITY
 STEADY_YAW = 0.9
 # Relative standard deviation of the thrust below which it stays: an offset then differs from a gain by a tenth.
 STEADY_THRUST = 0.1
+# That below which it is one value: a curve through the hover thrust differs from a gain by all of its slope.
+CONSTANT_THRUST = 0.01
 # Standard deviation of rate commands from row to row that counts as dither, rad/s (DIAGNOSIS: 0.15 and more separate).
 DITHER = 0.15
 # Share of commands in one direction, and least speed (m/s) at which a car's circle is looked at.
@@ -61,17 +63,32 @@ def steady_yaw(logs: Iterable[Trajectory]) -> bool:
 
 def steady_thrust(logs: Iterable[Trajectory]) -> bool:
     """Whether the thrust command hardly varies."""
+    return _varies_less(logs, STEADY_THRUST)
+
+
+def constant_thrust(logs: Iterable[Trajectory]) -> bool:
+    """Whether the thrust command does not vary."""
+    return _varies_less(logs, CONSTANT_THRUST)
+
+
+def _varies_less(logs: Iterable[Trajectory], part: float) -> bool:
     values = [_thrust(log) for log in logs]
     if not values or any(len(value) == 0 for value in values):
         return False
     together = np.concatenate(values)
-    return bool(together.std() < STEADY_THRUST * abs(together.mean()))
+    return bool(together.std() < part * abs(together.mean()))
 
 
 def steady_thrust_alone(logs: Iterable[Trajectory]) -> bool:
-    """The same, where nothing but the thrust shows how strong motors are."""
+    """Whether it hardly varies, and nothing but the thrust shows how strong motors are."""
     logs = list(logs)
     return no_motor_torques(logs) and steady_thrust(logs)
+
+
+def constant_thrust_alone(logs: Iterable[Trajectory]) -> bool:
+    """Whether it does not vary, and nothing but the thrust shows how strong motors are."""
+    logs = list(logs)
+    return no_motor_torques(logs) and constant_thrust(logs)
 
 
 def one_speed(logs: Iterable[Trajectory]) -> bool:

@@ -182,6 +182,23 @@ def test_angles_in_another_unit_are_named_and_the_gyro_is_not(robot: Robot, fact
         assert abs(off[0, 2]) < (1.01 * 2.0 * np.pi / DEGREES if factor > 1.0 else 1e-6)
 
 
+@pytest.mark.parametrize("robot", [CRAZYFLIE, MUSHR])
+def test_angles_and_rates_that_are_both_in_degrees_are_told(robot: Robot) -> None:
+    """They agree with each other as they stand; where the robot goes, or is pushed, agrees with neither."""
+    data = Dataset(flights()[:3]) if robot is CRAZYFLIE else drives()
+    rates = [name for name in ("wx", "wy", "wz") if name in robot.layouts.state]
+    broken = times(angles_times(data, DEGREES), dict.fromkeys(rates, DEGREES))
+    checked = check(robot.nominal(), broken)
+    assert [fault.name for fault in checked.faults] == [
+        "wx wy wz in deg/s instead of rad/s" if robot is CRAZYFLIE else "sensor_scale:wz (57.3)",
+        "an attitude in degrees that is read as radians",
+    ]
+    for log, right in zip(checked.data, rates_on_time(data), strict=True):
+        off = rotation.logarithm(rotation.multiply(attitude(log), rotation.conjugate(attitude(right)))).numpy()
+        np.testing.assert_allclose(off[:, 2], off[0, 2], atol=1e-6)
+        np.testing.assert_allclose(log.column("wz"), right.column("wz"), rtol=1e-9)
+
+
 def test_a_specification_says_the_unit_of_its_angles() -> None:
     read = AsRead({"roll": "Roll", "pitch": "Pitch", "yaw": "Yaw"})
     (found,) = other_angles(angles_times(drives(), DEGREES))

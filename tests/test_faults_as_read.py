@@ -188,6 +188,31 @@ def test_a_pose_behind_the_wheels_is_late_and_the_commands_are_not_delayed(tmp_p
         np.testing.assert_allclose(log.state[1:-9], meant.state[1 : len(log) - 9], atol=1e-9)
 
 
+BY_GYRO = LogSpec(
+    "car with a gyro",
+    time=TimeBase("stamp"),
+    columns={"yaw": Source("theta"), **{name: Source(f"log_{name}") for name in ("x", "y", "wz", "steer", "speed")}},
+    derive=("velocity",),
+)
+
+
+@pytest.mark.parametrize("late", [("theta", "log_x", "log_y"), ("theta",)])
+def test_a_place_is_late_with_its_heading_where_nothing_else_tells_its_clock(
+    late: tuple[str, ...], tmp_path: Path
+) -> None:
+    """A gyro tells that the heading is late; that the car goes where it points tells whether the place is."""
+    rows, files = 3, [of_car(log) | {"log_wz": log.column("wz")} for log in drives()]
+
+    def behind(columns: Columns) -> Columns:
+        return {n: v[: len(v) - rows] if n in late else v[rows:] for n, v in columns.items()}
+
+    (fault,) = check(MUSHR.nominal(), read(tmp_path, [behind(file) for file in files], BY_GYRO, MUSHR)).faults
+    what = "pose 3 rows late" if len(late) > 1 else "heading 3 rows late"
+    assert fault.evidence.startswith(what)
+    right = check(MUSHR.nominal(), read(tmp_path, files, BY_GYRO, MUSHR))
+    assert right.faults == ()
+
+
 @cache
 def by_attitude() -> Dataset:
     """The flights with the attitude that is reached 60 ms later as the command, and the gyro beside the states."""

@@ -12,11 +12,12 @@ import numpy as np
 import torch
 
 from sym2real import rotation
+from sym2real.logs.course import courses, headings, together
 from sym2real.logs.pose import attitude, turned
 from sym2real.logs.reading import CLEAR
 from sym2real.logs.units import GRAVITY
 from sym2real.trajectory import Array, Trajectory
-from sym2real.vocabulary import POSITION, RATE, VELOCITY
+from sym2real.vocabulary import HEADING, POSITION, RATE, VELOCITY
 
 RATES, VELOCITIES = RATE.columns, VELOCITY.columns
 SMOOTHING = 5  # rows
@@ -103,6 +104,21 @@ def level_push(log: Trajectory, turn: Callable[[torch.Tensor], torch.Tensor] = l
     axis = rotation.rotate(turn(attitude(log)), torch.tensor([0.0, 0.0, 1.0], dtype=torch.float64)).numpy()
     pushed = [_pushed(log.column(name), log.dt) for name in POSITION.columns[:2]]
     return np.stack(pushed, axis=1), axis[1:-1, :2]
+
+
+def points_along(logs: Sequence[Trajectory]) -> float:
+    """How nearly a car heads where it goes, or thrust points where it pushes, at most 1; 0 where nobody can tell."""
+    if logs[0].layouts.state.has_field(HEADING.name):
+        return together(courses(logs), headings(logs))
+    return thrust_agreement(logs).correlation or 0.0
+
+
+def off_the_way(log: Trajectory) -> float:
+    """Angle in rad from where a car heads to where it goes, or from where thrust points to where it pushes."""
+    if log.layouts.state.has_field(HEADING.name):
+        return float(np.angle(np.nansum(np.exp(1j * (courses([log])[0] - headings([log])[0])))))
+    pushed, axis = (level @ np.array([1.0, 1.0j]) for level in level_push(log))
+    return float(np.angle(np.vdot(axis, pushed)))
 
 
 def _pushed(position: Array, dt: float) -> Array:

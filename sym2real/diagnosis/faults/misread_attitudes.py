@@ -19,7 +19,7 @@ from sym2real.diagnosis.faults.fault import Breach
 from sym2real.diagnosis.faults.mistakes.transformation import Exchanged, Misread, counted_otherwise, of_all
 from sym2real.diagnosis.faults.units import Scaled, factors
 from sym2real.diagnosis.settings import SETTINGS
-from sym2real.logs.agreement import RATES, level_push, rate_agreement, thrust_agreement
+from sym2real.logs.agreement import RATES, off_the_way, points_along, rate_agreement, thrust_agreement
 from sym2real.logs.course import between, courses, decides, headings, together
 from sym2real.logs.derive import counted_angles
 from sym2real.logs.pose import attitude, with_angles
@@ -108,21 +108,11 @@ def other_angles(data: Dataset) -> list[Breach]:
     columns = present(data, RATES), present(data, (*QUATERNION, *SINE_COSINE))
     if present(data, LEVEL) != LEVEL or columns not in ((RATES, QUATERNION), (RATES[-1:], SINE_COSINE)):
         return []
-    if found := _misread(data, columns[1]):
-        return found
+    found, sure = _misread(data, columns[1]), SETTINGS.mostly
     rates = Breach(Scaled(columns[0], DEGREES, "deg/s"), "they turn the attitude as it is meant")
-    meant = rates.undone(data)
-    found = [] if _goes_there(data) else _misread(meant, columns[1])
-    for breach in found:
-        meant = breach.undone(meant)
-    return [rates, *found] if found and _goes_there(meant) else []
-
-
-def _goes_there(data: Dataset) -> bool:
-    """Whether a car goes where it heads, or thrust pushes a robot where it points."""
-    if present(data, SINE_COSINE):
-        return together(courses(data), headings(data)) > SETTINGS.mostly
-    return (thrust_agreement(list(data)).correlation or 0.0) > SETTINGS.mostly
+    if found or points_along([*data]) > sure or not (found := _misread(meant := rates.undone(data), columns[1])):
+        return found
+    return [rates, *found] if points_along([*found[0].undone(meant)]) > sure else []
 
 
 def _misread(data: Dataset, columns: tuple[str, ...]) -> list[Breach]:
@@ -166,16 +156,8 @@ def _divided(times: float, log: Trajectory) -> Trajectory:
     if times < 1.0:  # no turn is lost
         return with_angles(log, rotation.to_euler(logged).numpy()[:, -rates.shape[1] :] / times)
     angles, lost = counted_angles(log.time, logged.numpy(), times * rates) / times, 2.0 * np.pi / times
-    angles[:, -1] += lost * np.round(_off(with_angles(log, angles)) / lost)
+    angles[:, -1] += lost * np.round(off_the_way(with_angles(log, angles)) / lost)
     return with_angles(log, angles)
-
-
-def _off(log: Trajectory) -> float:
-    """Angle in rad from where a car heads to where it goes, or from where thrust points to where it pushes."""
-    if log.layouts.state.has_field("heading"):
-        return float(np.angle(np.nansum(np.exp(1j * (courses([log])[0] - headings([log])[0])))))
-    pushed, axis = (level @ np.array([1.0, 1.0j]) for level in level_push(log))
-    return float(np.angle(np.vdot(axis, pushed)))
 
 
 def against_the_path(data: Dataset) -> list[Breach]:

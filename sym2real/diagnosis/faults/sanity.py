@@ -17,6 +17,7 @@ from sym2real.diagnosis.faults.fault import Breach, Fault, Settled
 from sym2real.diagnosis.faults.foreign_units import BY_SENSORS, foreign_commands
 from sym2real.diagnosis.faults.misread_attitudes import against_the_path, other_angles, scalar_last
 from sym2real.diagnosis.faults.mistakes.judge import mistakes
+from sym2real.diagnosis.faults.mistakes.late_pose import with_its_place
 from sym2real.diagnosis.faults.mistakes.lost_commands import with_lost_commands
 from sym2real.diagnosis.faults.mistakes.rows import BadRows, bad_rows
 from sym2real.diagnosis.faults.mistakes.transformation import Late, of_all
@@ -169,7 +170,7 @@ def _behind_their_rates(data: Dataset) -> Settled:
         if not rows:
             continue
         what, columns = measured_by(data.layouts.state, measured)
-        late = Late(what, tuple(name for name in columns if name not in done), rows, data.dt)
+        late = with_its_place(Late(what, tuple(name for name in columns if name not in done), rows, data.dt), data)
         # A rate that was on time and is so no longer: then not what is measured was late.
         mended = of_all(late, data)
         if {one.column for one in readings(mended) if one.shift and one.of == measured} <= ahead.keys():

@@ -142,9 +142,7 @@ class Library:
         if any(field.hidden for field in self.base.layouts.state.fields):
             return None
         state = {*self.equations.layouts.state}
-        hiding = {
-            name for name, effect in self.effects.items() if state.intersection((*effect.of.hidden, *effect.of.shared))
-        }
+        hiding = {name for name, effect in self.effects.items() if state & {*effect.of.hidden, *effect.of.shared}}
         return tuple(i for i, slot in enumerate(self.slots) if slot.effect in hiding)
 
     def busy(self, sets: Tensor, slots: Sequence[int] | None) -> Tensor:

@@ -11,6 +11,7 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.preparation import present
 from sym2real.diagnosis.faults.fault import Breach
 from sym2real.diagnosis.faults.mistakes.balance import SHIFTED, Balance, Balances, without_arm, without_drag
+from sym2real.diagnosis.faults.mistakes.late_pose import with_its_place
 from sym2real.diagnosis.faults.mistakes.listed import mimics, transformations
 from sym2real.diagnosis.faults.mistakes.lost_commands import step_likelihood
 from sym2real.diagnosis.faults.mistakes.transformation import Exchanged, Late, Transformation, Turned, of_all
@@ -60,6 +61,7 @@ def _best(balances: Balances, data: Dataset) -> Breach | None:
     found = next((best[kind][1] for kind in map(type, tried) if kind in best and best[kind][0] >= least), None)
     if found is None:
         return None
+    found = replace(found, transformation=with_its_place(found.transformation, data))
     others = (one.transformation for gain, one in held if gain >= least)
     return replace(found, others=tuple(one.name for one in others if _apart(one, found.transformation)))
 

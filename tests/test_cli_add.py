@@ -54,6 +54,9 @@ def test_a_delay_in_the_model_delays_its_predictions(tmp_path: Path) -> None:
     assert late["value"] > 5 * on_time["value"]
     page = result_of(["effects", "delay", "--robot", "crazyflie"], tmp_path)
     assert page["parameters"][0]["unit"] == "s"
+    listed = result_of(["effects", "--robot", str(model)], tmp_path)["effects"]  # of numbers alone, too
+    assert {"delay", "linear_drag"} <= {one["name"] for one in listed}
+    assert "tyre_slip" not in {one["name"] for one in listed}
 
 
 def test_a_model_tells_the_effects_that_were_put_into_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -31,15 +31,20 @@ class Effects:
         """Print the catalogue or the page."""
         from sym2real.effects import EFFECTS, Body, effect
         from sym2real.effects.catalogue import keys, unknown_effect
-        from sym2real.experiments.models import robot_called
+        from sym2real.experiments.models import open_model, robot_called
+        from sym2real.neural.model_folder import below
         from sym2real.report.effects import catalogue_table, effect_page
         from sym2real.robots import ROBOTS
+        from sym2real.symbolic import Equations
 
-        robots = [*ROBOTS.values()] if self.robot is None else [robot_called(self.robot)]
+        robots: list[Any] = [*ROBOTS.values()]
+        if self.robot is not None:
+            whole = below(open_model(self.robot)) if Path(self.robot).is_dir() else None
+            robots = [whole if isinstance(whole, Equations) else robot_called(self.robot)]
         usual = ROBOTS["crazyflie"] if self.robot is None else robots[0]
         if self.name is None:
             kinds = [kind for kind in EFFECTS.values() if kind.fits(Body.of(usual))]
-            console.print(catalogue_table(kinds, usual.title))
+            console.print(catalogue_table(kinds, getattr(usual, "title", str(self.robot))))
             return {"effects": [{"name": kind.name, "stage": kind.stage, "summary": kind.summary} for kind in kinds]}
         name = self.name.removesuffix(":")  # as the catalogue has those that need a column
         if name.partition(":")[0] not in EFFECTS:

@@ -9,6 +9,9 @@ end, as behind a loop of endless gain, and the heading, the place and the veloci
 With e_before at the end of the period before, a hidden state. Of a delay w is the part of a period that it is beyond
 whole ones. Of a lag, τ ẋ = u - x, it is (m - l)/(1 - l), l = e^(-dt/τ) what is left of the distance from the command
 after a period, m = τ (1 - l)/dt what is left of it in the mean.
+
+A servo that the effect does not describe, behind it on the robot, leaves the gyro nearer to the mean: it then shows
+e + s w (e_before - e), with s, ``mean_share``, between 0 and 1. Nobody knows s; a fit finds it beside the time.
 """
 
 from collections.abc import Callable

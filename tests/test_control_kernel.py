@@ -68,7 +68,7 @@ def test_what_was_sent_is_known_to_filters_and_network_alike() -> None:
     plan(*operands, memory, past)
     with pytest.raises(ShapeError, match=r"past: expected the shape \(4,\), found \(3,\)"):
         plan(*operands, memory, past[:3])
-    with pytest.raises(ShapeError, match=r"hidden: expected the shape \(0,\), found \(2,\)"):
+    with pytest.raises(ShapeError, match=r"hidden: expected the shape \(1,\), found \(2,\)"):
         plan(*operands, memory, past, torch.zeros(2))
 
 

@@ -24,7 +24,7 @@ INCLUDED = ("gain:steer", "gain:speed", "offset:steer", "lateral_slip", "lever_a
 
 def test_what_cannot_be_less_than_nothing_is_not_reported_as_less() -> None:
     """Where the base's own delay was 20 ms and the robot's is 5 ms, none is missing: a negative one is no delay."""
-    (delay,), (offset,) = (effect(key, MUSHR).parameters for key in ("delay", "offset:steer"))
+    (delay, *_), (offset,) = (effect(key, MUSHR).parameters for key in ("delay", "offset:steer"))
     assert reported(0.005, 0.02, delay) == 0.0
     assert reported(0.03, 0.02, delay) == pytest.approx(0.01)
     assert reported(0.005, 0.02, offset) == pytest.approx(-0.015)

@@ -24,6 +24,7 @@ from sym2real.effects.searching import Searching, Shown
 from sym2real.effects.terms import with_time
 from sym2real.effects.wrench import push
 from sym2real.symbolic import Equations, symbol
+from sym2real.vocabulary import SPEED_COLUMN
 
 
 def _force_parameters(body: Body) -> tuple[Parameter, ...]:
@@ -74,6 +75,12 @@ def _linear_drag_brake(data: Any, body: Body, values: Numbers) -> None:
     truth.add_force(data, -turned @ (coefficients * (turned.T @ truth.velocity(data))))
 
 
+def _stood_for_by(body: Body) -> str:
+    """A gain, of a car that reaches the commanded speed at once: what brakes in proportion to it lowers it so."""
+    at_once = "next_speed" in body.quantities and "speed_time" not in body.numbers
+    return f"gain:{SPEED_COLUMN}" if at_once and SPEED_COLUMN in body.layouts.action else ""
+
+
 LINEAR_DRAG = Kind(
     name="linear_drag",
     stage="wrench",
@@ -88,7 +95,7 @@ LINEAR_DRAG = Kind(
     substitute=_linear_drag_substitute,
     needs=("vx", "vy"),
     numbers=("mass",),
-    searching=Searching(shown_in=lambda _: (Shown.SPEEDS,)),
+    searching=Searching(stood_for_by=_stood_for_by, shown_in=lambda _: (Shown.SPEEDS,)),
 )
 
 

@@ -9,7 +9,7 @@ from typing import Protocol
 
 from sym2real.errors import ModelError
 from sym2real.layout import Layouts, motors_of
-from sym2real.vocabulary import MOTOR_COLUMNS, STEER_COLUMN, push_column, rate_column, rate_per_speed
+from sym2real.vocabulary import MOTOR_COLUMNS, SPEED_COLUMN, STEER_COLUMN, push_column, rate_column, rate_per_speed
 
 GRAVITY = 9.81  # m/s²
 
@@ -179,6 +179,12 @@ class Body:
     def shows_steering(self) -> bool:
         """Whether it is a car the yaw rate of which is a column."""
         return self.planar and STEER_COLUMN in self.layouts.action and "wz" in self.layouts.state
+
+    @property
+    def at_its_speed(self) -> bool:
+        """Whether it is a car of first principles that reaches the commanded speed at once, whatever brakes it."""
+        commanded = SPEED_COLUMN in self.layouts.action and "next_speed" in self.quantities
+        return commanded and "speed_time" not in self.numbers
 
     def action_indices(self) -> list[int]:
         """Positions of the bound action column, or of all of them."""

@@ -46,6 +46,12 @@ def _rolling_resistance_brake(data: Any, body: Body, values: Numbers) -> None:
     truth.add_force(data, -values["value"] * body.mass * np.sign(ahead @ truth.velocity(data)) * ahead)
 
 
+def _no_loop(body: Body) -> str:
+    """What such a deceleration does depends on the speed loop."""
+    said = "the model is at its speed at once, so that an offset of it stands for this: --time-constant tells its loop"
+    return said if body.at_its_speed else ""
+
+
 ROLLING_RESISTANCE = _of_wheels(
     name="rolling_resistance",
     stage="wrench",
@@ -62,7 +68,7 @@ ROLLING_RESISTANCE = _of_wheels(
     ),
     needs=FORWARD,
     numbers=("mass",),
-    searching=Searching(shown_in=lambda _: (Shown.SPEEDS,)),
+    searching=Searching(why_not=_no_loop, shown_in=lambda _: (Shown.SPEEDS,)),
 )
 
 

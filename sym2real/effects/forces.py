@@ -76,9 +76,8 @@ def _linear_drag_brake(data: Any, body: Body, values: Numbers) -> None:
 
 
 def _stood_for_by(body: Body) -> str:
-    """A gain, of a car that reaches the commanded speed at once: what brakes in proportion to it lowers it so."""
-    at_once = "next_speed" in body.quantities and "speed_time" not in body.numbers
-    return f"gain:{SPEED_COLUMN}" if at_once and SPEED_COLUMN in body.layouts.action else ""
+    """A gain, of a car that is at its speed at once: what brakes in proportion to it lowers it so."""
+    return f"gain:{SPEED_COLUMN}" if body.at_its_speed else ""
 
 
 LINEAR_DRAG = Kind(

@@ -140,13 +140,6 @@ def _slow(spec: Any, body: Body, values: Numbers) -> None:
         truth.set_lag(spec, actuator, values["value"])
 
 
-def _no_lag(body: Body) -> str:
-    """Motor and steering servo have no time constant in common."""
-    if body.shows_steering and not body.column:
-        return "the lags of the commands stand for it together"
-    return alone_on("motors")(body)
-
-
 def _lag_parts(values: Values, body: Body) -> tuple[tuple[Kind, Values], ...]:
     return steering.parts(LAG, steering.of_lag, values, body)
 
@@ -168,7 +161,7 @@ LAG = Kind(
     shared=(steering.BEFORE,),
     lagging=True,
     searching=Searching(
-        why_not=_no_lag,
+        why_not=alone_on("motors"),
         starts=steps(2.5),
         shown_in=by_role({"speed": (Shown.DITHER, Shown.SPEEDS, Shown.SWINGING_SPEED)}, (Shown.DITHER,)),
     ),

@@ -72,6 +72,12 @@ NAMED = (
     Group("the car drives one circle", ("gain:steer", "steering_curve"), manoeuvres.one_circle, one_of=True),
 )
 
+# A curve is no mass, but beside one it fits what neither of them models where the thrust is far from that in hover.
+RIVALS = tuple(
+    Group(ONE_THRUST, (key, "thrust_curve"), manoeuvres.steady_thrust, one_of=True)
+    for key in ("added_mass", "gain:thrust")
+)
+
 
 def equivalents(key: str) -> tuple[str, ...]:
     """Keys, or patterns of keys, that may stand for ``key``; without itself."""
@@ -84,7 +90,7 @@ def holding(logs: Iterable[Trajectory]) -> tuple[Group, ...]:
     Where physics cannot separate two effects, a fit that does so leans on what neither of them models.
     """
     logs = list(logs)
-    return tuple(group for group in (*GROUPS, *NAMED) if group.holds(logs))
+    return tuple(group for group in (*GROUPS, *NAMED, *RIVALS) if group.holds(logs))
 
 
 def others_of(key: str, groups: Iterable[Group]) -> tuple[str, ...]:

@@ -24,7 +24,7 @@ class DynamicsModel(Protocol):
 
 
 class WholeModel(DynamicsModel, Protocol):
-    """A prediction that knows its columns, with a network in it; equations are no such model, but say one."""
+    """A model that knows its columns."""
 
     @property
     def layouts(self) -> Layouts:

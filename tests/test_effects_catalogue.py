@@ -70,7 +70,8 @@ def test_an_effect_is_described(name: str) -> None:
     texts = (kind.summary, kind.confused_with, kind.shown_by, kind.fix, kind.formula)
     assert all(len(text) > 5 and not text.endswith(" ") for text in texts)
     assert kind.summary.endswith(".")
-    assert kind.memory or kind.substitute or kind.parts
+    equations = kind.substitute or (kind.parts and not kind.shared)  # what is shared stands beside a filter
+    assert bool(kind.memory) != bool(equations)
 
 
 @pytest.mark.parametrize("robot", PAPER_ROBOTS.values(), ids=PAPER_ROBOTS)

@@ -92,7 +92,7 @@ def test_equal_effects_compete_in_one_place() -> None:
     assert found["mounting_tilt"].excludes == ("wind",)
     assert {"gain:thrust", "offset:thrust"} <= set(found["added_mass"].alike)
     assert "offset:thrust" not in found  # near one thrust it is a gain, but a curve through the hover thrust is none
-    assert "thrust_curve" in found
+    assert "added_mass" in found["thrust_curve"].excludes  # one in the place of the other, never beside it
     level = flight(0.1 * np.sin(phase), still + 0.27, still)
     found = {one.name: one for one in candidates(library_for(CRAZYFLIE.nominal(), Dataset([level])), Dataset([level]))}
     assert "thrust_curve" in found["added_mass"].alike

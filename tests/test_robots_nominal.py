@@ -172,6 +172,21 @@ def test_a_slope_is_a_force_on_the_car() -> None:
     assert abs((path - truth)[-1, 0]) < 0.1 * abs((plain - truth)[-1, 0])
 
 
+def test_a_brake_on_a_car_without_a_speed_loop_slows_path_turn_and_speed_alike() -> None:
+    """By what it gives in a step; a gain of the speed is the same as a drag there, and an offset as friction."""
+    base, steer, speed, dt = car(wheelbase=0.3, mass=2.0, dt=0.05), 0.2, 1.5, 0.05
+    state, command = np.array([0.0, 0.0, 0.0, 1.0, speed, 0.0, 0.0]), np.array([steer, speed])
+    after = base.predict(state, command, np.array([-4.0, 0.0, 0.0]))
+    slower = speed - dt * 4.0 / 2.0
+    np.testing.assert_allclose(after, base.predict(state, np.array([steer, slower])), rtol=1e-9)
+    assert np.hypot(after[4], after[5]) == pytest.approx(slower)
+    assert after[6] == pytest.approx(slower * np.tan(steer) / 0.3)
+    assert effect("linear_drag", base).stood_for_by == "gain:speed"
+    assert "offset" in effect("rolling_resistance", base).searching.why_not(effect("rolling_resistance", base).body)
+    looped = car(wheelbase=0.3, mass=2.0, dt=0.05, time_constant=0.1)
+    assert effect("linear_drag", looped).stood_for_by == ""
+
+
 def test_free_fall_and_hover() -> None:
     equations = quadrotor(1.3, dt=0.05)
     fallen = step(equations, state13(z=5.0, vx=1.0), [0.0, 0.0, 0.0, 0.0])

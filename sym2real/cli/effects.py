@@ -30,6 +30,7 @@ class Effects:
     def run(self, console: Console) -> dict[str, Any]:
         """Print the catalogue or the page."""
         from sym2real.effects import EFFECTS, Body, effect
+        from sym2real.effects.body import Describable
         from sym2real.effects.catalogue import keys, unknown_effect
         from sym2real.experiments.models import open_model, robot_called
         from sym2real.neural.model_folder import below
@@ -37,7 +38,7 @@ class Effects:
         from sym2real.robots import ROBOTS
         from sym2real.symbolic import Equations
 
-        robots: list[Any] = [*ROBOTS.values()]
+        robots: list[Describable] = [*ROBOTS.values()]
         if self.robot is not None:
             whole = below(open_model(self.robot)) if Path(self.robot).is_dir() else None
             robots = [whole if isinstance(whole, Equations) else robot_called(self.robot)]

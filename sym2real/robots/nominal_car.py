@@ -72,13 +72,7 @@ def car(
     ahead = symbol("fx") * cosine + symbol("fy") * sine
     left = symbol("fy") * cosine - symbol("fx") * sine
     pull = (ahead + (symbol("tz") + centre * left) * curvature) / mass
-    loop = FirstOrder(1.0 / time_constant if time_constant > 0 else math.inf, dt)
-    speed, mean = loop.end(forward, symbol("speed"), pull), loop.mean(forward, symbol("speed"), pull)
-    if not time_constant:  # a loop that takes one step to make up for a force: the speed is off by what that gives
-        speed = mean = symbol("speed") + dt * pull
-    if command == "acceleration":
-        gained = dt * (symbol("acceleration") + pull)
-        speed, mean = forward + gained, forward + gained / 2
+    speed, mean = _speeds(symbol(command), pull, forward, None if command == "acceleration" else time_constant, dt)
     return Equations(
         next=along_the_arc(symbol("next_speed") * curvature),
         layouts=Layouts(STATE, Layout.of(("steer", command)), PUSH),
@@ -95,6 +89,17 @@ def car(
         numbers={"mass": mass, "wheelbase": wheelbase, "centre": centre}
         | ({"speed_time": time_constant} if time_constant else {}),
     )
+
+
+def _speeds(command: Expr, pull: Expr, forward: Expr, time_constant: float | None, dt: float) -> tuple[Expr, Expr]:
+    """Along the heading, at the end of a step and in its mean; without a time constant an acceleration is commanded."""
+    if time_constant is None:
+        gained = dt * (command + pull)
+        return forward + gained, forward + gained / 2
+    if not time_constant:  # a loop that takes one step to make up for a force: the speed is off by what that gives
+        return command + dt * pull, command + dt * pull
+    loop = FirstOrder(1.0 / time_constant, dt)
+    return loop.end(forward, command, pull), loop.mean(forward, command, pull)
 
 
 def along_the_arc(turning: Expr) -> dict[str, Expr]:

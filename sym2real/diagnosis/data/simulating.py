@@ -1,7 +1,5 @@
 """What a model predicts of a log: the work of its method of this name."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

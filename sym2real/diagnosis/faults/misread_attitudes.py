@@ -108,11 +108,13 @@ def other_angles(data: Dataset) -> list[Breach]:
     columns = present(data, RATES), present(data, (*QUATERNION, *SINE_COSINE))
     if present(data, LEVEL) != LEVEL or columns not in ((RATES, QUATERNION), (RATES[-1:], SINE_COSINE)):
         return []
-    found, sure = _misread(data, columns[1]), SETTINGS.mostly
-    rates = Breach(Scaled(columns[0], DEGREES, "deg/s"), "they turn the attitude as it is meant")
-    if found or points_along([*data]) > sure or not (found := _misread(meant := rates.undone(data), columns[1])):
+    found = _misread(data, columns[1])
+    if found or points_along([*data]) > SETTINGS.mostly:
         return found
-    return [rates, *found] if points_along([*found[0].undone(meant)]) > sure else []
+    rates = Breach(Scaled(columns[0], DEGREES, "deg/s"), "they turn the attitude as it is meant")
+    in_radians = rates.undone(data)
+    found = _misread(in_radians, columns[1])
+    return [rates, *found] if found and points_along([*found[0].undone(in_radians)]) > SETTINGS.mostly else []
 
 
 def _misread(data: Dataset, columns: tuple[str, ...]) -> list[Breach]:

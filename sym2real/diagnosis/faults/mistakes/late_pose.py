@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.faults.mistakes.transformation import Late, Transformation, of_all
-from sym2real.logs.course import courses, headings, together
+from sym2real.logs.agreement import points_along
 from sym2real.vocabulary import HEADING, POSITION, VELOCITY
 
 
@@ -19,5 +19,5 @@ def with_its_place(late: Transformation, data: Dataset) -> Transformation:
         return late
     places = tuple(name for field in (POSITION, VELOCITY) for name in field.columns if name in state)
     pose = replace(late, what="pose", columns=(*late.columns, *places))
-    alone, whole = (together(courses(moved), headings(moved)) for moved in (of_all(late, data), of_all(pose, data)))
+    alone, whole = (points_along([*of_all(moved, data)]) for moved in (late, pose))
     return pose if whole > alone else late

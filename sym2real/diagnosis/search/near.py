@@ -59,11 +59,13 @@ class Near:
         selection: the chosen set.
         places: of its effects.
         present: the chosen set, by its own starts.
+        larger: it with one more effect that is beyond chance, whether that is worth its charge or not.
     """
 
     selection: Selection
     places: tuple[Place, ...]
     present: EffectSet
+    larger: Sequence[EffectSet]
 
     @classmethod
     def of(cls, selection: Selection) -> Near:
@@ -71,7 +73,9 @@ class Near:
         beside = selection.larger(selection.present)
         joined = {larger.candidate.name: larger.price for larger in beside}
         present = by_own_starts(selection, selection.present)
-        return cls(selection, tuple(_place(selection, one, joined, present) for one in selection.chosen), present)
+        places = tuple(_place(selection, one, joined, present) for one in selection.chosen)
+        beyond_chance = [one for one in beside if selection.significant(one.fit, one.candidate)]
+        return cls(selection, places, present, by_price(selection, beyond_chance))
 
     def probabilities(self) -> dict[str, float]:
         """By effect, the chosen set's weight among those with it, without it, or with another in its place."""
@@ -80,10 +84,9 @@ class Near:
     def variances(self, candidate: Candidate) -> Tensor:
         """Of an effect's values over the sets that have it, those that differ elsewhere ``# (len(slots),)``."""
         others = [place for place in self.places if place.candidate is not candidate]
-        sets = [self.present, *(one for place in others for one in (place.empty, *place.rivals))]
-        losses = torch.cat([self.present.held_out[None], *(self._around(place)[1:] for place in others)])
+        sets = [self.present, *self.larger, *(one for place in others for one in (place.empty, *place.rivals))]
         values = torch.stack([effects.fit.values[candidate.slots] for effects in sets])
-        return self.weights(losses) @ (values - values[0]).square()
+        return self.weights(torch.stack([effects.held_out for effects in sets])) @ (values - values[0]).square()
 
     def weights(self, losses: Tensor) -> Tensor:
         """Weights of sets by their losses per fold ``# (sets, folds) -> (sets,)``."""

@@ -20,13 +20,13 @@ COMMAND = {"gain", "offset", "limit", "rate_limit", "delay", "lag", "dead_band"}
 QUADROTOR = {
     *("added_mass", "payload", "thrust_curve", "battery_sag", "com_offset", "rotor_loss", "ground_effect"),
     *("torque_bias", "motor_lag", "rate_loop_gain", "rate_damping", "flapping_moment", "translational_lift"),
-    *("rotor_reaction", "mounting_tilt"),
+    *("rotor_reaction", "mounting_tilt", "mounting_yaw"),
 }
 CAR = {
-    *("tyre_friction", "lateral_slip", "rolling_resistance", "slope", "wheelbase", "yaw_drag", "yaw_bias"),
+    *("tyre_friction", "lateral_slip", "rolling_resistance", "slope", "wheelbase", "yaw_drag"),
     *("lever_arm", "tyre_slip", "understeer", "relaxation_length", "steering_curve", "speed_loop"),
 }
-BOTH = {"wind", "linear_drag", "quadratic_drag", "periodic_force"}
+BOTH = {"wind", "linear_drag", "quadratic_drag", "periodic_force", "yaw_bias"}
 MOTORS_ONLY, ATTITUDE_ONLY = {"torque_scale"}, {"attitude_loop", "attitude_trim"}
 WHEELS_ONLY = {"turning_friction", "wheel_radius", "track_width"}
 JOINTS = {"joint_damping", "joint_friction", "joint_stiffness", "armature", "gravity_tilt", "load"}

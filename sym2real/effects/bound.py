@@ -125,9 +125,9 @@ class Effect:
         fits = self.of.fits(body)
         if not fits and self.of.robot != "both":
             return f"{self.kind} is an effect of a {self.of.robot}"
-        missing = [name for name in self._bound(self.of.needs) if name not in body.names]
+        missing = [names for names in self._bound(self.of.needs) if not {*names.split("|")} & {*body.names}]
         if missing:
-            return f"{self.key} needs {', '.join(missing)}, which is no column or quantity here"
+            return f"{self.key} needs {', '.join(missing).replace('|', ' or ')}, which is no column or quantity here"
         missing = [name for name in self._bound(self.of.numbers) if name not in body.numbers]
         if missing:
             return f"{self.key} needs the robot's {', '.join(missing)}, which is not among the numbers here"

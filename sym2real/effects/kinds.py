@@ -23,7 +23,7 @@ FILES = {
     ),
     "joints": ("joint_damping", "joint_friction", "joint_stiffness", "armature", "gravity_tilt", "load"),
     "forces": ("wind", "linear_drag", "quadratic_drag", "periodic_force"),
-    "mountings": ("mounting_tilt", "yaw_bias", "lever_arm"),
+    "mountings": ("mounting_tilt", "mounting_yaw", "yaw_bias", "lever_arm"),
     "readings": ("sensor_sign", "sensor_bias", "sensor_scale", "sensor_lag", "time_shift"),
     "parameter": ("parameter",),
 }

@@ -7,23 +7,27 @@ The board's axes are the body's turned by roll φ about x, then by pitch θ abou
 
     q_measured = q ⊗ δ        ω_measured = δ⁻¹ ω        ω_cmd = δ ω_cmd, sent
 
-``yaw_bias``. Measured yaw is off by a constant: ψ_measured = ψ + b.
+``yaw_bias``. Measured yaw is off by a constant: ψ_measured = ψ + b. Of an attitude q_measured = R_z(b) ⊗ q, so that what
+pushes the robot seems to push it elsewhere.
+
+``mounting_yaw``. The measured attitude's axes are turned about the body's z against those of gyro and commands:
+q_measured = q ⊗ R_z(b), as of markers that were not put on straight.
 
 ``lever_arm``. The measured point is not the rear axle's middle: p_measured = p + R(ψ) r, and its velocity with it.
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
-from sympy import Expr, cos, sin
+from sympy import Expr, Integer, cos, sin
 
 from sym2real.effects import truth
 from sym2real.effects.body import Body
 from sym2real.effects.frames import HEADING, QUATERNION
-from sym2real.effects.kind import Kind, Numbers, Parameter, Values, of_any_body
+from sym2real.effects.kind import Inject, Kind, Numbers, Parameter, Values, of_any_body
 from sym2real.effects.manoeuvres import one_circle
 from sym2real.effects.searching import Searching, Shown
 from sym2real.effects.terms import reported, reporting
@@ -37,6 +41,7 @@ RATES, COMMANDS = ("wx", "wy", "wz"), ("wx_cmd", "wy_cmd", "wz_cmd")
 # more is a force.
 MOST = 0.1
 ATTITUDE_COMMANDS = ("qw_cmd", "qx_cmd", "qy_cmd", "qz_cmd")
+Turn = Callable[[Sequence[Expr], int], tuple[Expr, ...]]  # a quaternion, and 1 or -1 for the way back
 
 
 def _matrix(roll: Expr, pitch: Expr) -> list[list[Expr]]:
@@ -54,30 +59,31 @@ def turned(quaternion: Sequence[Expr], roll: Expr, pitch: Expr, sign: int) -> tu
     return multiply(quaternion, (cos(roll / 2) * cos(pitch / 2), sign * x, sign * y, sign * z))
 
 
-def _mounting_tilt_substitute(equations: Equations, values: Values, body: Body) -> Equations:
-    roll, pitch = values["roll"], values["pitch"]
-    changes: dict[str, Expr] = {}
+def _attitude_turned(equations: Equations, body: Body, turn: Turn) -> Equations:
+    """Equations of an attitude that is measured, and commanded, turned by ``turn(quaternion, 1)``."""
+    changes, outputs = dict[str, Expr](), dict[str, Expr]()
     for names in (QUATERNION, ATTITUDE_COMMANDS):
         if names[0] in body.names and names[0] not in body.layouts.state:  # measured on the way in
-            changes |= dict(zip(names, turned([symbol(name) for name in names], roll, pitch, -1), strict=True))
+            changes |= dict(zip(names, turn([symbol(name) for name in names], -1), strict=True))
+    if QUATERNION[0] in equations.next:
+        outputs = dict(zip(QUATERNION, turn([reported(equations, name) for name in QUATERNION], 1), strict=True))
+    return reporting(equations.substitute(changes), outputs)
+
+
+def _mounting_tilt_substitute(equations: Equations, values: Values, body: Body) -> Equations:
+    roll, pitch = values["roll"], values["pitch"]
+    equations = _attitude_turned(equations, body, lambda quaternion, sign: turned(quaternion, roll, pitch, sign))
+    changes, outputs = dict[str, Expr](), dict[str, Expr]()
     if COMMANDS[0] in body.names:
         rows = _matrix(roll, pitch)
         changes |= {
             name: sum(a * symbol(sent) for a, sent in zip(row, COMMANDS, strict=True))
             for name, row in zip(COMMANDS, rows, strict=True)
         }
-    return reporting(equations.substitute(changes), _outputs(equations, roll, pitch))
-
-
-def _outputs(equations: Equations, roll: Expr, pitch: Expr) -> dict[str, Expr]:
-    outputs: dict[str, Expr] = {}
-    if QUATERNION[0] in equations.next:
-        quaternion = [reported(equations, name) for name in QUATERNION]
-        outputs |= dict(zip(QUATERNION, turned(quaternion, roll, pitch, 1), strict=True))
     if RATES[0] in equations.next:
         for name, column in zip(RATES, zip(*_matrix(roll, pitch), strict=True), strict=True):
             outputs[name] = sum(a * reported(equations, rate) for a, rate in zip(column, RATES, strict=True))
-    return outputs
+    return reporting(equations.substitute(changes), outputs)
 
 
 def _inject(body: Body, values: Numbers) -> Change:
@@ -121,18 +127,64 @@ MOUNTING_TILT = Kind(
 )
 
 
+def _about_z(angle: Expr, sign: int) -> tuple[Expr, ...]:
+    return cos(angle / 2), Integer(0), Integer(0), sign * sin(angle / 2)
+
+
+def _mounting_yaw_substitute(equations: Equations, values: Values, body: Body) -> Equations:
+    angle = values["value"]
+    return _attitude_turned(equations, body, lambda quaternion, sign: multiply(quaternion, _about_z(angle, sign)))
+
+
+def _attitude_report(turn: Callable[[Rotation, Rotation], Rotation]) -> Inject:
+    """The truth of an attitude that is measured turned about z: attitude and turn → what is measured."""
+
+    def report(state: Array, body: Body, values: Numbers) -> Array:
+        places = body.layouts.state.indices(QUATERNION)
+        about_z = Rotation.from_euler("Z", values["value"])
+        measured = turn(Rotation.from_quat(state[places], scalar_first=True), about_z).as_quat(scalar_first=True)
+        state[places] = measured if measured @ state[places] >= 0 else -measured
+        return state
+
+    return truth.measuring(report)
+
+
+MOUNTING_YAW = Kind(
+    name="mounting_yaw",
+    stage="measurement",
+    parameters=of_any_body(Parameter("value", "rad", null=0.0, low=-math.pi, high=math.pi, scale=0.05)),
+    formula=r"q_m = q \otimes R_z(b)",
+    summary="The measured attitude's axes are turned about the body's z axis against those of gyro and commands.",
+    confused_with="nothing, where rates about x and y are measured",
+    shown_by="turns about x and y",
+    fix="turn the rigid body's axes in the motion capture by minus this angle",
+    inject=_attitude_report(lambda attitude, turn: attitude * turn),
+    substitute=_mounting_yaw_substitute,
+    needs=(*QUATERNION, *RATES),
+    robot="quadrotor",
+)
+
+
 def _yaw_bias_substitute(equations: Equations, values: Values, body: Body) -> Equations:
+    if not body.planar:
+        angle = values["value"]
+        return _attitude_turned(equations, body, lambda quaternion, sign: multiply(_about_z(angle, sign), quaternion))
     sine, cosine = (reported(equations, name) for name in HEADING)
     turn_s, turn_c = sin(values["value"]), cos(values["value"])
     turned = {"sin_yaw": sine * turn_c + cosine * turn_s, "cos_yaw": cosine * turn_c - sine * turn_s}
     return reporting(equations, turned)
 
 
-def _yaw_bias_report(state: Array, body: Body, values: Numbers) -> Array:
+def _heading_report(state: Array, body: Body, values: Numbers) -> Array:
     places = body.layouts.state.indices(HEADING)
     yaw = np.arctan2(*state[places]) + values["value"]
     state[places] = np.sin(yaw), np.cos(yaw)
     return state
+
+
+def _yaw_bias_inject(body: Body, values: Numbers) -> Change:
+    attitude = _attitude_report(lambda attitude, turn: turn * attitude)
+    return (truth.measuring(_heading_report) if body.planar else attitude)(body, values)
 
 
 YAW_BIAS = Kind(
@@ -140,14 +192,13 @@ YAW_BIAS = Kind(
     stage="measurement",
     parameters=of_any_body(Parameter("value", "rad", null=0.0, low=-math.pi, high=math.pi, scale=0.05)),
     formula=r"\psi_m = \psi + b",
-    summary="The measured heading is turned against the car's axis.",
+    summary="The measured heading is off by a constant angle.",
     confused_with="a lever arm of the markers on one circle",
-    shown_by="straight driving beside turns both ways",
-    fix="turn the rigid body's axes in the motion capture by minus this angle",
-    inject=truth.measuring(_yaw_bias_report),
+    shown_by="straight driving beside turns both ways; flights that tilt along several directions",
+    fix="turn the rigid body's axes in the motion capture, or the estimator's north, by minus this angle",
+    inject=_yaw_bias_inject,
     substitute=_yaw_bias_substitute,
-    needs=HEADING,
-    robot="car",
+    needs=(f"{HEADING[0]}|{QUATERNION[0]}",),
     searching=Searching(shown_in=lambda _: (Shown.BOTH_WAYS,)),
 )
 

@@ -74,6 +74,8 @@ FLIGHT_SERIES = (
     Series("battery_sag", (0.005, 0.01)),
     Series("mounting_tilt", (np.deg2rad(1.0), np.deg2rad(2.0)), _along_an_axis("roll", "pitch"), (False, True)),
     Series("torque_bias", (2e-5,), lambda size, rng: {"tz": size}),
+    Series("mounting_yaw", (np.deg2rad(5.0),)),
+    Series("yaw_bias", (np.deg2rad(5.0),)),
 )
 
 

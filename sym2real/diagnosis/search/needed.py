@@ -89,15 +89,16 @@ class Predicted:
         return _small(self.selection.chosen, *self.without_each()) if self.horizons and self.selection.chosen else ()
 
     def bears_out(self, larger: EffectSet) -> bool:
-        """Whether predictions need one effect more, or whole logs establish it, and no error is larger with it.
+        """Whether one effect more takes a tenth off an error, beyond chance, or whole logs establish it, and no error
+        is larger with it.
 
         Logs that are too short to predict bear out whatever was chosen.
         """
         if not self.horizons:
             return True
         whole, other = self._by([(larger.chosen, larger.fit), (self.selection.chosen, self.selection.fit)])
-        needed = largest_rise(whole, other) > 1.0 or self.established(larger.fit, larger.candidate)
-        return needed and no_worse(whole, other)
+        needed = largest_rise(whole, other) > 1.0 and not _changes_little(whole, other)
+        return no_worse(whole, other) and (needed or self.established(larger.fit, larger.candidate))
 
     def established(self, fit: Fit, candidate: Candidate) -> bool:
         """Whether whole logs tell an effect of a fit from trim."""

@@ -181,6 +181,16 @@ def test_a_command_is_cut_off_then_late_then_mapped() -> None:
         torch.testing.assert_close(after, expected, rtol=1e-6, atol=1e-8)
 
 
+def test_a_linkage_bends_the_angle_that_a_servo_reaches() -> None:
+    """Half the travel and a trim, then the curve: the model turns as the plain one told that angle."""
+    known = {"steering_curve": {"value": 0.8}, "gain:steer": {"value": 0.5}, "offset:steer": {"value": 0.1}}
+    bent = compose(nominal(MUSHR), [(effect(key, MUSHR), values) for key, values in known.items()])
+    state, action, inputs = (values[:5] for values in rows(nominal(MUSHR)))
+    meant, reached = action.clone(), 0.5 * action[:, 0] + 0.1
+    meant[:, 0] = reached * (1.0 - 0.8 * reached.square())
+    torch.testing.assert_close(stepped(bent, state, action, inputs), stepped(nominal(MUSHR), state, meant, inputs))
+
+
 def test_motor_lag_delays_the_thrust_that_turns_an_offset_centre_of_mass() -> None:
     lag, offset = effect("motor_lag", CRAZYFLIE), effect("com_offset", CRAZYFLIE)
     equations = compose(nominal(CRAZYFLIE), [(offset, {"rx": 0.002}), (lag, {"value": 0.05})])

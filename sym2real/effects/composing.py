@@ -7,9 +7,8 @@ substitution replaces a symbol wherever it stands, so that the mass scales a win
 that the battery gives, and so on.
 
 The way of a command is that of a real actuator: firmware cuts off what it receives (limit); the link and the driver
-hold it up (delay); the driver ramps it (rate limit); the actuator follows (lag); its linkage has play (dead band);
-and the linkage's travel and trim make the quantity that moves the robot (gain, offset). Only limits, ramps and play
-care: all others change places freely.
+hold it up (delay); the driver ramps it (rate limit); the actuator follows (lag); its linkage has play (dead band); and
+the linkage's travel, trim and shape make the quantity that moves the robot (gain, offset, steering curve).
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -28,8 +27,8 @@ ORDER: tuple[Stage, ...] = ("mass", "loop", "wrench", "thrust", "command", "filt
 FILTER_ORDER = ("limit", "delay", "rate_limit", "lag", "dead_band", "sensor_lag", "time_shift")
 
 DELAY = "delay"
-# A command meets gain and offset in this order, so that they go in from behind; else by name.
-BEHIND = ("offset", "gain")
+# A command meets gain, offset and the linkage's curve in this order, so that they go in from behind; else by name.
+BEHIND = ("steering_curve", "offset", "gain")
 
 Chosen = tuple[Effect, Mapping[str, Expr | float]]
 

@@ -65,7 +65,7 @@ class Near:
     selection: Selection
     places: tuple[Place, ...]
     present: EffectSet
-    larger: Sequence[EffectSet]
+    larger: Sequence[EffectSet] = ()
 
     @classmethod
     def of(cls, selection: Selection) -> Near:

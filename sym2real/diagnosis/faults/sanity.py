@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from math import isfinite
 
-import numpy as np
 import torch
 from torch import Tensor
 
@@ -17,12 +16,12 @@ from sym2real.diagnosis.faults.fault import Breach, Fault, Settled
 from sym2real.diagnosis.faults.foreign_units import BY_SENSORS, foreign_commands
 from sym2real.diagnosis.faults.misread_attitudes import against_the_path, other_angles, scalar_last
 from sym2real.diagnosis.faults.mistakes.judge import mistakes
-from sym2real.diagnosis.faults.mistakes.late_pose import with_its_place
+from sym2real.diagnosis.faults.mistakes.late_pose import behind_their_rates
 from sym2real.diagnosis.faults.mistakes.lost_commands import with_lost_commands
 from sym2real.diagnosis.faults.mistakes.rows import BadRows, bad_rows
-from sym2real.diagnosis.faults.mistakes.transformation import Late, of_all
+from sym2real.diagnosis.faults.mistakes.transformation import of_all
 from sym2real.diagnosis.faults.motor_columns import motors
-from sym2real.diagnosis.faults.sensor_faults import clock_of, measured_by, readings, sensors_of
+from sym2real.diagnosis.faults.sensor_faults import clock_of, sensors_of
 from sym2real.diagnosis.faults.units import Scaled
 from sym2real.diagnosis.faults.variation import exact, exactness, excitation
 from sym2real.diagnosis.settings import SETTINGS
@@ -89,7 +88,7 @@ def _checked(model: Equations | None, logs: tuple[Trajectory, ...]) -> Checked:
         _signs,
         *(partial(breached, look) for look in commands),
         clock,  # which sensors in other frames and units did not tell
-        _behind_their_rates,
+        partial(behind_their_rates, model),
         partial(sensors_of, model),
         *(() if model is None else (partial(motors, model),)),
     )
@@ -158,26 +157,6 @@ def _signs(data: Dataset) -> Settled:
         for column, own in wrong.items()
     ]
     return faults, of_all(Scaled((*wrong,), -1.0), data) if wrong else data
-
-
-def _behind_their_rates(data: Dataset) -> Settled:
-    """What all its rates are ahead of: no sensor reports what is still to come, so it is late itself."""
-    faults, done, asked = [], set[str](), set[str]()
-    while found := [reading for reading in readings(data) if reading.shift and reading.of not in asked]:
-        asked |= {measured := found[0].of}  # of a heading that has been mended velocities have turned
-        ahead = {reading.column: -reading.shift for reading in found if reading.of == measured}
-        rows = round(float(np.median([*ahead.values()])) / data.dt) if min(ahead.values()) > 0 else 0
-        if not rows:
-            continue
-        what, columns = measured_by(data.layouts.state, measured)
-        late = with_its_place(Late(what, tuple(name for name in columns if name not in done), rows, data.dt), data)
-        # A rate that was on time and is so no longer: then not what is measured was late.
-        mended = of_all(late, data)
-        if {one.column for one in readings(mended) if one.shift and one.of == measured} <= ahead.keys():
-            said = ", ".join(f"{column} is {1e3 * by:.0f} ms ahead" for column, by in ahead.items())
-            faults.append(Fault("", f"{late.name}: {said} of it", late.fix(AsRead(data[0].sources))))
-            data, done = mended, {*done, *columns}
-    return faults, data
 
 
 def slow_said(model: Equations | None, data: Dataset) -> list[str]:

@@ -279,7 +279,7 @@ def clock_of(step: float, data: Dataset) -> Settled:
 def sensors_of(model: Equations | None, data: Dataset) -> Settled:
     """Scales, biases and time shifts of rates and velocities, but for scales that a model has without any fault."""
     faults, read, found = [], AsRead(data[0].sources), readings(data)
-    own = _of_the_model(model, data) if model and any(reading.scale != 1.0 for reading in found) else {}
+    own = of_the_model(model, data, PREDICTED) if model and any(reading.scale != 1.0 for reading in found) else {}
     for reading in (_beside(own, reading) for reading in found):
         data = Dataset(reading.undone(log) for log in data)
         for kind, value in reading.faulty.items():
@@ -291,20 +291,23 @@ def sensors_of(model: Equations | None, data: Dataset) -> Settled:
     return faults, data
 
 
-def _of_the_model(model: Equations, data: Dataset) -> dict[str, float]:
-    """Scales that a model's own predictions of what its sensors measure have, by column; none without a number.
+def of_the_model(
+    model: Equations, data: Dataset, horizon: float | None = None, honest: float = 1.0
+) -> dict[str, Reading]:
+    """What a model's own predictions of what its sensors measure say, by column; nothing without a number.
 
     Of a servo that answers a command within a row the rates at rows are not those in between.
     """
     try:
-        predicted = Dataset(simulate(replace(model, output={}), log, PREDICTED) for log in data)
+        predicted = Dataset(simulate(replace(model, output={}), log, horizon) for log in data)
     except Sym2RealError:  # of other columns, or of rows nearer than the model's steps
         return {}
     finite = all(np.isfinite(log.state).all() for log in predicted)
-    return {reading.column: reading.scale for reading in readings(predicted)} if finite else {}
+    return {reading.column: reading for reading in readings(predicted, honest)} if finite else {}
 
 
-def _beside(own: Mapping[str, float], reading: Reading) -> Reading:
+def _beside(own: Mapping[str, Reading], reading: Reading) -> Reading:
     """A reading whose scale is one beside that of the model's predictions; none is left where they say the same."""
-    scale = reading.scale if reading.scale == 1.0 else reading.scale / own.get(reading.column, 1.0)
+    of_own = own[reading.column].scale if reading.column in own else 1.0
+    scale = reading.scale if reading.scale == 1.0 else reading.scale / of_own
     return replace(reading, scale=scale if abs(np.log(scale)) > SETTINGS.uneven else 1.0)

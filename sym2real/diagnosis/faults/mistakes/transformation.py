@@ -6,7 +6,7 @@ A transformation says what the log holds in place of what is meant: ``undone`` r
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import atan2, cos, degrees, sin
 from typing import Protocol
 
@@ -196,7 +196,7 @@ class Misread:
 
 @dataclass(frozen=True)
 class Late:
-    """Columns some rows behind all others; negative rows are ahead.
+    """Columns some rows behind all others, of measurements also parts of a row; negative rows are ahead.
 
     Args:
         what: for a sentence.
@@ -207,14 +207,14 @@ class Late:
 
     what: str
     columns: tuple[str, ...]
-    rows: int
+    rows: float
     dt: float
 
     @property
     def name(self) -> str:
         """How late."""
         count, way = abs(self.rows), "late" if self.rows > 0 else "early"
-        rows = f"{count} row{'s' * (count > 1)}"
+        rows = f"{count:.2g} row{'s' * (count > 1)}"
         return f"{self.what} {rows} {way} ({' '.join(self.columns)} by {1e3 * count * self.dt:.0f} ms)"
 
     def fix(self, read: AsRead) -> str:
@@ -224,9 +224,10 @@ class Late:
         return f"stamp all columns of a row with one clock, or move {names} {by:.0f} ms {way} when the log is written"
 
     def undone(self, log: Trajectory) -> Trajectory:
-        """With these columns shifted back; the ends are held."""
-        places = np.clip(np.arange(len(log)) + self.rows, 0, len(log) - 1)
-        return log.with_columns({name: log.column(name)[places] for name in self.columns})
+        """With these columns shifted back, between rows along the line from one to the next; the ends are held."""
+        rows = np.arange(len(log))
+        back = log.with_columns({name: np.interp(rows + self.rows, rows, log.column(name)) for name in self.columns})
+        return replace(back, state=log.layouts.state.normalise(torch.as_tensor(back.state)).numpy())
 
 
 def of_all(transformation: Transformation, data: Dataset) -> Dataset:

@@ -35,8 +35,7 @@ def comparison_table(comparison: Comparison) -> Table:
 
 def floor_table(comparison: Comparison) -> Table:
     """Errors near 0.8 s ahead beside what no model can do better, one row per channel; fit and skill."""
-    shown = comparison.horizons or (comparison.one_step,)
-    errors = min(shown, key=lambda at: abs(at.horizon - JUDGED_AT))
+    errors = comparison.at(JUDGED_AT)
     headings = ("channel", "error", "sensor\nnoise", "excess", "fit %", "skill\nhold", "skill\nmean")
     rows = []
     for channel, error in errors.errors.items():

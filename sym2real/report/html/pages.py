@@ -150,6 +150,6 @@ def _facts(data: Dataset) -> list[tuple[str, str]]:
 
 
 def _said(comparison: Comparison) -> str:
-    errors = comparison.at(JUDGED_AT) if comparison.horizons else comparison.one_step
+    errors = comparison.at(JUDGED_AT)
     name, first = next(iter(errors.errors.items()))
     return f"{errors.horizon:.3g} s ahead the model's {name} is {first.value:.2g} {first.unit} off (root mean square)."

@@ -12,6 +12,7 @@ from sym2real.dataset import Logs
 from sym2real.diagnosis import Diagnosis, compare
 from sym2real.effects import same_group
 from sym2real.errors import Sym2RealError, reason
+from sym2real.json_objects import plain
 from sym2real.neural.model_folder import Model
 
 Record = dict[str, Any]
@@ -28,8 +29,8 @@ def answer_of(found: Diagnosis) -> Record:
     return {
         "verdict": found.verdict,
         "findings": found.to_dict()["findings"],
-        "faults": [fault.to_dict() for fault in found.faults],
-        "leftover": None if found.leftover is None else found.leftover.to_dict(),
+        "faults": plain(found.faults),
+        "leftover": plain(found.leftover),
         # Of the place, whatever a robot's place is.
         "position_error": [next(iter(stage.horizons[stage.nearest(HORIZON)].values())).value for stage in found.ladder],
         "notes": list(found.notes),

@@ -9,7 +9,7 @@ cross-validation, R² > 0.15): a tree on the size of errors is weak evidence oth
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from sym2real.dataset import Logs
 from sym2real.diagnosis.errors.by_window import WindowErrors, window_errors
 from sym2real.diagnosis.settings import SETTINGS
+from sym2real.json_objects import fields_of
 from sym2real.logs.conditions import Region, training_range
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations
@@ -73,7 +74,7 @@ class Segment:
 
     def to_dict(self) -> dict[str, Any]:
         """An entry of ``worst`` in what ``compare --json`` prints."""
-        return {**asdict(self), "unit": _unit(self.channel), "statement": self.statement}
+        return {**fields_of(self), "unit": _unit(self.channel), "statement": self.statement}
 
 
 def _unit(channel: str) -> str:

@@ -94,7 +94,9 @@ def asserted_chain(hidden: Hidden, folder: Path) -> None:
     assert after["position"].value < 1.3 * known["position"].value
     errors, improved = window_errors(base, data), window_errors(informed, data)
     channel = max(errors.errors, key=lambda name: np.median(errors.errors[name]) / errors.floor[name])
-    (worst,), (left,) = worst_segments(errors, [channel], 1), worst_segments(improved, [channel], 1)
+    (worst,), (left,) = (
+        worst_segments(replace(found, errors={channel: found.errors[channel]}), 1) for found in (errors, improved)
+    )
     assert left.error < 0.7 * worst.error
 
 

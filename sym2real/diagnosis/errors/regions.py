@@ -8,7 +8,6 @@ cross-validation, R² > 0.15): a tree on the size of errors is weak evidence oth
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -191,16 +190,15 @@ def _range_in_words(what: str, unit: str, ends: tuple[float, float], values: Arr
     return f"{what} between {low:.2g} and {high:.2g} {unit}"
 
 
-def worst_segments(errors: WindowErrors, channels: Sequence[str] = (), count: int = MOST) -> tuple[Segment, ...]:
+def worst_segments(errors: WindowErrors, count: int = MOST) -> tuple[Segment, ...]:
     """The windows whose errors stand out most from the noise of their channel, the worst first; none overlap.
 
     Args:
         errors: of all windows.
-        channels: that are looked at; all by default.
         count: most of them.
     """
-    chosen = list(channels or errors.errors)
-    ratios = np.stack([errors.errors[channel] / errors.floor[channel] for channel in chosen])  # (channels, windows)
+    chosen = list(errors.errors)
+    ratios = np.stack([sizes / errors.floor[channel] for channel, sizes in errors.errors.items()])
     segments, taken = list[Segment](), list[tuple[int, float, float]]()
     for place in np.argsort(-ratios, axis=None):
         channel, index = chosen[place // ratios.shape[1]], int(place % ratios.shape[1])

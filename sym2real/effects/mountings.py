@@ -183,7 +183,7 @@ def _lever_arm_report(state: Array, body: Body, values: Numbers) -> Array:
 
 def _fixed(_body: Body, _values: Array, logs: Iterable[Trajectory]) -> tuple[str, ...]:
     """On one circle an arm aside is the speed's: its gain, its limit."""
-    return ("ry",) if one_circle(logs) else ()
+    return ("ry",) if one_circle([*logs]) else ()
 
 
 LEVER_ARM = Kind(

@@ -248,5 +248,5 @@ def blocks_of(segments: Segments, dt: float) -> NDArray[np.int64]:
         dt: time step in s.
     """
     inside = ceil(BLOCK_SECONDS / (segments.length * dt) - 1e-9)
-    numbers = segments.log * len(segments) + number_in_log(segments.log) // inside
+    numbers: NDArray[np.int64] = segments.log * len(segments) + number_in_log(segments.log) // inside
     return np.unique(numbers, return_inverse=True)[1].astype(np.int64)

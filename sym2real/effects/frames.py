@@ -7,15 +7,14 @@ from sympy import Expr, Integer, sqrt
 from sym2real.effects.body import Body
 from sym2real.symbolic import symbol
 from sym2real.symbolic.quaternions import body_axes
+from sym2real.vocabulary import ATTITUDE, VELOCITY
 
-QUATERNION = ("qw", "qx", "qy", "qz")
-HEADING = ("sin_yaw", "cos_yaw")
 Axes = tuple[tuple[Expr, ...], ...]
 
 
 def velocity(body: Body) -> tuple[Expr, ...]:
     """Velocity of the body frame's origin in world axes, m/s: two components in a plane."""
-    return tuple(symbol(name) for name in ("vx", "vy", "vz")[: 2 if body.planar else 3])
+    return tuple(symbol(name) for name in VELOCITY.columns[: 2 if body.planar else 3])
 
 
 def axes(body: Body) -> Axes:
@@ -23,7 +22,7 @@ def axes(body: Body) -> Axes:
     if body.planar:
         sine, cosine = symbol("sin_yaw"), symbol("cos_yaw")
         return ((cosine, sine), (-sine, cosine))
-    return body_axes([symbol(name) for name in QUATERNION])
+    return body_axes([symbol(name) for name in ATTITUDE.columns])
 
 
 def body_velocity(body: Body) -> tuple[Expr, ...]:

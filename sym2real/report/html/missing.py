@@ -2,10 +2,9 @@
 
 from sym2real.diagnosis import Diagnosis, Finding
 from sym2real.effects import effect
-from sym2real.report.diagnosis import fault_lines, known_of
+from sym2real.report.diagnosis import TOO_FEW, fault_lines, interval_said, known_of
 from sym2real.report.html.page import Card, Cards, Lines, Part, Section
 from sym2real.report.html.sentences import plain, sentence
-from sym2real.report.tables import number
 from sym2real.symbolic import Equations
 
 QUESTION = "What is missing?"
@@ -27,10 +26,9 @@ def missing(base: Equations, found: Diagnosis) -> Section:
 def _card(base: Equations, finding: Finding) -> Card:
     facts = [("removes", f"{100 * finding.share:.0f} % of the squared error beyond noise")]
     if finding.provisional:
-        facts.append(("provisional", "too few independent pieces of data for a test"))
+        facts.append(("provisional", TOO_FEW))
     for name, estimate in finding.parameters.items():
-        spread = finding.log_spread.get(name)
-        scatter = "" if spread is None else f"; logs one by one ± {number(spread, 2)}"
-        facts.append((name, f"{estimate.said} (95 %: {number(estimate.low)} … {number(estimate.high)}{scatter})"))
+        interval = interval_said(finding, name)
+        facts.append((name, f"{estimate.said} ({interval})" if interval else estimate.said))
     about = effect(finding.effect, finding.bound(base)).of.summary
     return Card(finding.effect, about, [*facts, *known_of(finding)], finding.share)

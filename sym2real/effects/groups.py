@@ -106,8 +106,3 @@ def unnamed(keys: Collection[str], logs: Iterable[Trajectory]) -> dict[str, tupl
     logs = list(logs)
     found = (group for group in NAMED if group.members[0] in keys and group.holds(logs))
     return {member: (group.members[0], group.while_) for group in found for member in group.members[1:]}
-
-
-def same_group(key: str, other: str) -> bool:
-    """Whether two keys may stand for each other."""
-    return key == other or any(fnmatch(other, member) for member in others_of(key, GROUPS))

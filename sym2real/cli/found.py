@@ -77,15 +77,15 @@ def write_diagnosis(
         What ``diagnosis.json`` holds: the diagnosis and, relative to the folder, the other files. The page, where it
         was made.
     """
-    from sym2real.report.html.pages import diagnosis_page
-    from sym2real.report.html.render import write_page
-
     remove_earlier(out)
     written: list[str] = []
     page: Page | None = None
     result = {**diagnosis.to_dict(), FILES: written}
     write_json(result, out / ANSWER)  # what took minutes, before what takes seconds
     try:
+        from sym2real.report.html.pages import diagnosis_page
+        from sym2real.report.html.render import write_page
+
         for file in _models(base, diagnosis, out, console):
             written.append(file.relative_to(out).as_posix())
         page = diagnosis_page(base, data, diagnosis, title_of(out, "diagnosed"))

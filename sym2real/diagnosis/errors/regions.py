@@ -198,7 +198,7 @@ def worst_segments(errors: WindowErrors, count: int = MOST) -> tuple[Segment, ..
         count: most of them.
     """
     chosen = list(errors.errors)
-    ratios = np.stack([sizes / errors.floor[channel] for channel, sizes in errors.errors.items()])
+    ratios = np.stack([errors.errors[name] / errors.floor[name] for name in chosen])  # (channels, windows)
     segments, taken = list[Segment](), list[tuple[int, float, float]]()
     for place in np.argsort(-ratios, axis=None):
         channel, index = chosen[place // ratios.shape[1]], int(place % ratios.shape[1])

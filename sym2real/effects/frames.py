@@ -4,17 +4,18 @@ from collections.abc import Sequence
 
 from sympy import Expr, Integer, sqrt
 
+from sym2real import vocabulary
 from sym2real.effects.body import Body
 from sym2real.symbolic import symbol
 from sym2real.symbolic.quaternions import body_axes
-from sym2real.vocabulary import ATTITUDE, VELOCITY
 
+QUATERNION, HEADING = vocabulary.ATTITUDE.columns, vocabulary.HEADING.columns
 Axes = tuple[tuple[Expr, ...], ...]
 
 
 def velocity(body: Body) -> tuple[Expr, ...]:
     """Velocity of the body frame's origin in world axes, m/s: two components in a plane."""
-    return tuple(symbol(name) for name in VELOCITY.columns[: 2 if body.planar else 3])
+    return tuple(symbol(name) for name in vocabulary.VELOCITY.columns[: 2 if body.planar else 3])
 
 
 def axes(body: Body) -> Axes:
@@ -22,7 +23,7 @@ def axes(body: Body) -> Axes:
     if body.planar:
         sine, cosine = symbol("sin_yaw"), symbol("cos_yaw")
         return ((cosine, sine), (-sine, cosine))
-    return body_axes([symbol(name) for name in ATTITUDE.columns])
+    return body_axes([symbol(name) for name in QUATERNION])
 
 
 def body_velocity(body: Body) -> tuple[Expr, ...]:

@@ -22,6 +22,7 @@ from sympy import Expr, cos, sin
 
 from sym2real.effects import truth
 from sym2real.effects.body import Body
+from sym2real.effects.frames import HEADING, QUATERNION
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values, of_any_body
 from sym2real.effects.manoeuvres import one_circle
 from sym2real.effects.searching import Searching, Shown
@@ -30,13 +31,13 @@ from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.quaternions import multiply
 from sym2real.trajectory import Array, Trajectory
-from sym2real.vocabulary import ATTITUDE, ATTITUDE_COMMAND, HEADING, RATE, RATE_COMMAND
+from sym2real.vocabulary import RATE, RATE_COMMAND
 
-QUATERNION, ATTITUDE_COMMANDS = ATTITUDE.columns, ATTITUDE_COMMAND.columns
 RATES, COMMANDS = RATE.columns, RATE_COMMAND.columns
 # Boards are screwed down flat and markers aligned by eye: beyond 6° somebody would have seen it, and what looks like
 # more is a force.
 MOST = 0.1
+ATTITUDE_COMMANDS = ("qw_cmd", "qx_cmd", "qy_cmd", "qz_cmd")
 
 
 def _matrix(roll: Expr, pitch: Expr) -> list[list[Expr]]:
@@ -122,14 +123,14 @@ MOUNTING_TILT = Kind(
 
 
 def _yaw_bias_substitute(equations: Equations, values: Values, body: Body) -> Equations:
-    sine, cosine = (reported(equations, name) for name in HEADING.columns)
+    sine, cosine = (reported(equations, name) for name in HEADING)
     turn_s, turn_c = sin(values["value"]), cos(values["value"])
     turned = {"sin_yaw": sine * turn_c + cosine * turn_s, "cos_yaw": cosine * turn_c - sine * turn_s}
     return reporting(equations, turned)
 
 
 def _yaw_bias_report(state: Array, body: Body, values: Numbers) -> Array:
-    places = body.layouts.state.indices(HEADING.columns)
+    places = body.layouts.state.indices(HEADING)
     yaw = np.arctan2(*state[places]) + values["value"]
     state[places] = np.sin(yaw), np.cos(yaw)
     return state
@@ -146,7 +147,7 @@ YAW_BIAS = Kind(
     fix="turn the rigid body's axes in the motion capture by minus this angle",
     inject=truth.measuring(_yaw_bias_report),
     substitute=_yaw_bias_substitute,
-    needs=HEADING.columns,
+    needs=HEADING,
     robot="car",
     searching=Searching(shown_in=lambda _: (Shown.BOTH_WAYS,)),
 )

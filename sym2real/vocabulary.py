@@ -23,6 +23,8 @@ SPEED = Field("speed", ("speed",), "m/s", "body")
 ACCELERATION = Field("acceleration", ("acceleration",), "m/s^2", "body")
 FORCE = Field("force", ("fx", "fy", "fz"), "N", "world")
 TORQUE = Field("torque", ("tx", "ty", "tz"), "N m", "body")
+# Of an attitude, where a log or a chart has angles: about the axes x, y and z.
+EULER_ANGLES = ("roll", "pitch", "yaw")
 BATTERY = Field("battery", ("vbat",), "V")
 CLOCK = Field("time", ("t",), "s")
 # Of the joints of any robot, whose columns are called after them.

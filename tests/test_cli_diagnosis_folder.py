@@ -47,7 +47,7 @@ def logs() -> Dataset:
 
 def written(found: Diagnosis, logs: Dataset, out: Path) -> str:
     console = Console(file=io.StringIO(), width=300)
-    result = write_diagnosis(CRAZYFLIE.nominal(), logs, found, out, console)
+    result, _ = write_diagnosis(CRAZYFLIE.nominal(), logs, found, out, console)
     assert json.loads((out / "diagnosis.json").read_text())["files"] == result["files"]
     assert isinstance(console.file, io.StringIO)
     return console.file.getvalue()

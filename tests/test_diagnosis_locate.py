@@ -70,7 +70,7 @@ def test_the_object_has_the_names_of_the_design() -> None:
 
 
 def test_worst_segments_do_not_overlap_and_come_in_order() -> None:
-    segments = worst_segments(planted(), ["z"], 5)
+    segments = worst_segments(planted(), 5)
     assert [one.error for one in segments] == sorted((one.error for one in segments), reverse=True)
     assert segments[0].error == planted().errors["z"].max()
     for i, one in enumerate(segments):
@@ -80,8 +80,8 @@ def test_worst_segments_do_not_overlap_and_come_in_order() -> None:
 
 def test_logs_of_one_name_are_different_logs_when_the_worst_seconds_are_sought() -> None:
     errors = planted()
-    unnamed = worst_segments(replace(errors, names=("",) * len(errors.names)), ["z"], 20)
-    assert unnamed == tuple(replace(one, log="") for one in worst_segments(errors, ["z"], 20))
+    unnamed = worst_segments(replace(errors, names=("",) * len(errors.names)), 20)
+    assert unnamed == tuple(replace(one, log="") for one in worst_segments(errors, 20))
 
 
 def test_the_worst_seconds_are_those_that_stand_out_from_the_noise_whatever_the_unit() -> None:

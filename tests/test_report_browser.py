@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 from report_pages import BASE, HOSTILE, PATIENCE, browser, diagnosis, logs, picture
 
+from sym2real.diagnosis.faults.sanity import check
 from sym2real.report import html
 from sym2real.report.html.observed import observe
 from sym2real.report.html.page import Page
@@ -164,7 +165,7 @@ def errors_shown(opened: Opened, column: str) -> list[float]:
 
 def test_switches_move_errors_to_what_python_says(opened: Opened) -> None:
     variants = WithFindings(BASE, diagnosis().findings)
-    observed = observe(variants, logs())
+    observed = observe(variants, check(BASE, logs()).data)  # as a diagnosis takes them
     shown = int(abs(observed.horizons - 0.8).argmin())
     boxes = opened.page.locator("input[name=switch]")
     assert boxes.count() == 2

@@ -17,8 +17,7 @@ from sym2real.errors import ModelError
 from sym2real.files import make_folder, read_as, whole, write_text
 from sym2real.json_objects import plain
 from sym2real.layout import Layouts
-from sym2real.neural.model_folder import Model, open_model, save_model
-from sym2real.symbolic.storage import ENSEMBLE, EQUATIONS
+from sym2real.neural.model_folder import Model, holds_model, open_model, save_model
 
 ROUNDS, ANSWER = "rounds", "adaptation.json"
 LEARNED, LOG, REPORT = "learned.json", "log.parquet", "round.json"
@@ -45,7 +44,7 @@ class Rounds:
         """
         if self.folder is None:
             return
-        if is_model(self.folder) and not (self.folder / ROUNDS).exists():
+        if holds_model(self.folder) and not (self.folder / ROUNDS).exists():
             raise ModelError(f"{self.folder} holds a model that was not adapted there; choose another folder")
         Record(self.folder / ROUNDS, self.layouts).claim(settings)
 
@@ -83,11 +82,6 @@ class Rounds:
         save_model(model, self.folder)
         answer = {"best": best_of(reports), "settled": settled(reports), "rounds": reports}
         write_text(self.folder / ANSWER, json.dumps(plain(answer), indent=1) + "\n")
-
-
-def is_model(folder: Path) -> bool:
-    """Whether a folder holds a model."""
-    return any((folder / name).exists() for name in (EQUATIONS, ENSEMBLE))
 
 
 def round_folder(folder: Path, number: int) -> Path:

@@ -7,11 +7,12 @@ from sym2real.adaptation.target import MakeController
 from sym2real.cli.model import logs_for
 from sym2real.dataset import Dataset
 from sym2real.errors import ModelError, UnknownNameError
-from sym2real.experiments.models import holds_model, target_called
+from sym2real.experiments.models import target_called
 from sym2real.experiments.noisy_runs import NoisyPlant
 from sym2real.logs import LogSpec
 from sym2real.logs.reader import logs_of
 from sym2real.neural.composed import Base
+from sym2real.neural.model_folder import holds_model
 from sym2real.plants.plant_file import PLANT
 from sym2real.protocols import Plant
 from sym2real.robots import ROBOTS, Robot

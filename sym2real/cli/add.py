@@ -104,11 +104,10 @@ class Add(OfFit):
         return effects, [(channel, expression) for channel, _, expression in terms]
 
     def _given(self, effects: Chosen, console: Console) -> list[tuple[str, dict[str, float]]]:
-        from sym2real.cli.chosen_effects import beyond_bounds, require_values
+        from sym2real.cli.chosen_effects import require_values, warn_of_values
 
         require_values(effects, ", or --fit LOG to find it")
-        for line in beyond_bounds(effects):
-            console.print(f"warning: {line}", markup=False)
+        warn_of_values(effects, console)
         return [(put_in.key, values) for put_in, values in effects]
 
     def _fitted(self, base: Equations, effects: Chosen, console: Console) -> Tried:

@@ -1,9 +1,11 @@
-"""Things with their values as a user types them: ``wind fx=0.02 added_mass value=0.005``, ``circle speed=1 hover``."""
+"""Effects with their values as a user types them: ``wind fx=0.02 added_mass value=0.005``."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
-from sym2real.cli.numbers import number_of
+from rich.console import Console
+
+from sym2real.cli.typed_values import with_values
 from sym2real.effects import Effect, catalogue
 from sym2real.effects.body import Describable
 from sym2real.effects.kind import UNLIMITED, Parameter
@@ -54,17 +56,14 @@ def require_values(chosen: Sequence[tuple[Effect, Mapping[str, float]]], otherwi
             raise ModelError(f"{effect.key}: expected a value ({known}){otherwise}, found none")
 
 
-def beyond_bounds(chosen: Sequence[tuple[Effect, Mapping[str, float]]]) -> list[str]:
-    """One line per value outside the bounds that the catalogue gives it for this robot; impossible ones are errors."""
-    return [
-        f"{effect.key} {parameter.name}={values[parameter.name]:g} is outside what is likely here: "
-        f"{_unit_and_bounds(parameter)}"
-        for effect, values in chosen
-        for parameter in effect.parameters
-        if parameter.name in values
-        and values[parameter.name] in parameter.domain
-        and not parameter.low <= values[parameter.name] <= parameter.high
-    ]
+def warn_of_values(chosen: Sequence[tuple[Effect, Mapping[str, float]]], console: Console) -> None:
+    """A line per value outside the bounds that the catalogue gives it for this robot; impossible ones are errors."""
+    for effect, values in chosen:
+        for parameter in effect.parameters:
+            value = values.get(parameter.name, math.nan)
+            if value in parameter.domain and not parameter.low <= value <= parameter.high:
+                said = f"{effect.key} {parameter.name}={value:g} is outside what is likely here"
+                console.print(f"warning: {said}: {_unit_and_bounds(parameter)}", markup=False)
 
 
 def _unit_and_bounds(parameter: Parameter) -> str:
@@ -75,38 +74,3 @@ def _unit_and_bounds(parameter: Parameter) -> str:
         if abs(bound) < UNLIMITED
     ]
     return " ".join((unit, *bounds))
-
-
-def with_values(
-    texts: Sequence[str], what: str, parameter_of: Callable[[str], str] = lambda _: "OPTION"
-) -> list[tuple[str, dict[str, float]]]:
-    """Every name with the values that follow it.
-
-    Args:
-        texts: names, each followed by its ``PARAMETER=VALUE``.
-        what: a name is the name of, for the error's words.
-        parameter_of: the parameter that a number after a name may have been meant for.
-
-    Raises:
-        ModelError: when a value stands before the first name, without its parameter, is given twice or is not a number.
-    """
-    chosen: list[tuple[str, dict[str, float]]] = []
-    for text in texts:
-        name, equals, value = text.partition("=")
-        if not equals and chosen and not math.isnan(number_of(text)):
-            key = chosen[-1][0]
-            raise ModelError(f"expected `{key} {parameter_of(key)}={text}`, found {text!r} alone")
-        if not equals:
-            chosen.append((text, {}))
-        elif not name:
-            raise ModelError(f"expected PARAMETER=VALUE, found {text!r}")
-        elif chosen:
-            key, values = chosen[-1]
-            if name in values:
-                raise ModelError(f"{key}: expected {name} once, found {name}={values[name]:g} and {text}")
-            values[name] = number = number_of(value)
-            if not math.isfinite(number):
-                raise ModelError(f"parameter {name!r}: expected a number, found {value!r}")
-        else:
-            raise ModelError(f"expected {what} before its values, found {text!r}")
-    return chosen

@@ -3,7 +3,7 @@
 import inspect
 from collections.abc import Sequence
 
-from sym2real.cli.chosen_effects import with_values
+from sym2real.cli.typed_values import with_values
 from sym2real.errors import ModelError, UnknownNameError
 from sym2real.robots import Robot
 from sym2real.tasks import TASKS, Task, make_task

@@ -45,7 +45,6 @@ class Diagnose(OfFit):
         from sym2real.cli.output import title_of, write_report
         from sym2real.cli.progress import stages_progress
         from sym2real.diagnosis import data_report, diagnose
-        from sym2real.diagnosis.faults.sanity import check
         from sym2real.effects.catalogue import require_patterns
         from sym2real.report.diagnosis import diagnosis_report, term_command
         from sym2real.report.html.pages import diagnosis_page
@@ -74,10 +73,11 @@ class Diagnose(OfFit):
         if diagnosis.proposal is not None:
             console.print("to try what is proposed:")
             console.print(term_command(diagnosis.proposal, self.model), markup=False, soft_wrap=True)
-        result = diagnosis.to_dict()
+        result, page = diagnosis.to_dict(), None
         if self.out:
-            result = write_diagnosis(base, data, diagnosis, self.out, console)
+            result, page = write_diagnosis(base, data, diagnosis, self.out, console)
         if self.report:
-            page = diagnosis_page(base, check(base, data).data, diagnosis, title_of(self.model, "diagnosed"))
+            title = title_of(self.model, "diagnosed")
+            page = replace(page, title=title) if page else diagnosis_page(base, data, diagnosis, title)
             result["report"] = write_report(page, self.report, console)
         return result

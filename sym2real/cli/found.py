@@ -1,15 +1,16 @@
 """The files that ``diagnose`` and ``add --fit`` leave, and what goes when another diagnosis takes its place."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 
 from sym2real.cli.output import title_of, write_json
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import Diagnosis
-from sym2real.diagnosis.faults.sanity import check
 from sym2real.effects import as_simulated
 from sym2real.effects.visible import visible_state
 from sym2real.errors import DataError, Sym2RealError
@@ -20,6 +21,9 @@ from sym2real.plants.plant_file import PARTS as PLANT_PARTS
 from sym2real.robots.own import robot_of
 from sym2real.symbolic import Equations
 from sym2real.symbolic.storage import PARTS, save_model
+
+if TYPE_CHECKING:
+    from sym2real.report.html.page import Page
 
 ANSWER, PAGE, FILES = "diagnosis.json", "report.html", "files"
 
@@ -61,7 +65,7 @@ def write_simulator(informed: Equations, folder: Path, console: Console) -> tupl
 
 def write_diagnosis(
     base: Equations, data: Dataset, diagnosis: Diagnosis, out: Path, console: Console
-) -> dict[str, Any]:
+) -> tuple[dict[str, Any], Page | None]:
     """Write the answer, its page and, where something is established, model and simulator; Ctrl-C ends that.
 
     Args:
@@ -70,27 +74,31 @@ def write_diagnosis(
         console: is told where things are.
 
     Returns:
-        What ``diagnosis.json`` holds: the diagnosis and, relative to the folder, the other files.
+        What ``diagnosis.json`` holds: the diagnosis and, relative to the folder, the other files. The page, where it
+        was made.
     """
     remove_earlier(out)
     written: list[str] = []
+    page: Page | None = None
     result = {**diagnosis.to_dict(), FILES: written}
     write_json(result, out / ANSWER)  # what took minutes, before what takes seconds
     try:
-        for file in _files(base, data, diagnosis, out, console):
+        from sym2real.report.html.pages import diagnosis_page
+        from sym2real.report.html.render import write_page
+
+        for file in _models(base, diagnosis, out, console):
             written.append(file.relative_to(out).as_posix())
+        page = diagnosis_page(base, data, diagnosis, title_of(out, "diagnosed"))
+        written.append(write_page(page, out / PAGE).name)
         console.print(f"{ANSWER} and {PAGE} in {out}", markup=False)
     except KeyboardInterrupt:
         console.print(f"interrupted: {ANSWER} is in {out}, not all of the other files", markup=False)
     finally:
         write_json(result, out / ANSWER)
-    return result
+    return result, page
 
 
-def _files(base: Equations, data: Dataset, diagnosis: Diagnosis, out: Path, console: Console) -> Iterator[Path]:
-    from sym2real.report.html.pages import diagnosis_page
-    from sym2real.report.html.render import write_page
-
+def _models(base: Equations, diagnosis: Diagnosis, out: Path, console: Console) -> Iterator[Path]:
     informed = diagnosis.apply(base) if diagnosis.findings else None
     if informed is not None and diagnosis.established:
         model = save_model(informed, out / "model")
@@ -105,7 +113,6 @@ def _files(base: Equations, data: Dataset, diagnosis: Diagnosis, out: Path, cons
         few = any(finding.provisional for finding in diagnosis.findings)
         why = "too little data to test it" if few else "what was found is not established"
         console.print(f"{why}: no model or simulator was written; `sym2real add` makes one", markup=False)
-    yield write_page(diagnosis_page(base, check(base, data).data, diagnosis, title_of(out, "diagnosed")), out / PAGE)
 
 
 def remove_earlier(out: Path) -> None:

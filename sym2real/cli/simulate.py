@@ -97,7 +97,7 @@ class Simulate:
         """The simulator, with effects and noise."""
         import numpy as np
 
-        from sym2real.cli.chosen_effects import beyond_bounds, chosen_effects, require_values
+        from sym2real.cli.chosen_effects import chosen_effects, require_values, warn_of_values
         from sym2real.experiments.models import simulator_called
         from sym2real.experiments.standard_conditions import sensors
         from sym2real.plants import MujocoPlant
@@ -107,8 +107,7 @@ class Simulate:
         robot = plant.robot
         effects = chosen_effects(self.effects, robot)
         require_values(effects)
-        for line in beyond_bounds(effects):
-            console.print(f"warning: {line}", markup=False)
+        warn_of_values(effects, console)
         if effects and (Path(self.robot) / PLANT).exists():
             raise ModelError(f"{self.robot}: --effects are for a robot's plain simulator; add them to its {PLANT}")
         if effects:

@@ -225,7 +225,7 @@ def _rivals(near: Near, own: Candidate, without: EffectSet, sets: Sequence[Effec
         without: the hypothesis without it.
         sets: with others in its place.
     """
-    library, rivals = near.selection.problems.problem.library, []
+    library, rivals = near.selection.problems.library, []
     same = (*own.alike, *always_alike(own.name, library.equations))
     for scored in sets:
         key = library.key(scored.candidate.name)
@@ -248,7 +248,7 @@ def _outdone(selection: Selection, own: Candidate, best: EffectSet, rival: Rival
 def _findings(
     selection: Selection, rivals: Mapping[str, Iterable[Rival]], calibration: Calibration | None
 ) -> list[Finding]:
-    groups, equations = {}, selection.problems.problem.library.equations
+    groups, equations = {}, selection.problems.library.equations
     for own in selection.chosen:
         alike = (rival.effect for rival in rivals[own.name] if rival.as_good)
         groups[own.name] = tuple(dict.fromkeys([*own.alike, *always_alike(own.name, equations), *alike]))

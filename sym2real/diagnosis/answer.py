@@ -141,7 +141,7 @@ class Diagnosis:
         """The strongest, with where the disturbance changes in words, and the proposed expression as its term."""
         if self.leftover is None:
             return None
-        words, proposed = {**self.leftover.to_dict(), "split": self.leftover.term}, self.proposal
+        words, proposed = {**fields_of(self.leftover), "split": self.leftover.term}, self.proposal
         if proposed is None:
             return {**words, "term": ""}
         return {**words, "term": proposed.expression, "gain": proposed.gain, "verified": False}

@@ -8,7 +8,7 @@ from sym2real.effects.body import Body
 from sym2real.effects.bound import Effect
 from sym2real.effects.catalogue import applicable, effect
 from sym2real.effects.composing import compose
-from sym2real.effects.groups import GROUPS, equivalents, same_group
+from sym2real.effects.groups import GROUPS, equivalents
 from sym2real.effects.kind import Kind, Parameter
 from sym2real.effects.kinds import EFFECTS
 from sym2real.effects.known_effects import as_simulated, injected, noted
@@ -27,5 +27,4 @@ __all__ = [
     "equivalents",
     "injected",
     "noted",
-    "same_group",
 ]

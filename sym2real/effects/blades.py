@@ -27,7 +27,7 @@ from sympy import Expr, Max, exp, sqrt
 
 from sym2real.effects import simulated_rotors, truth
 from sym2real.effects.body import GRAVITY, Body
-from sym2real.effects.frames import QUATERNION, body_velocity
+from sym2real.effects.frames import body_velocity
 from sym2real.effects.kind import NOT_NEGATIVE, Kind, Numbers, Parameter, Values, of_any_body
 from sym2real.effects.loops import other_torque, rate_loops
 from sym2real.effects.rotors import driven_by_motors, motor_forces, spins
@@ -37,6 +37,7 @@ from sym2real.effects.wrench import push
 from sym2real.layout import motors_of
 from sym2real.protocols import Change, Filter
 from sym2real.symbolic import Equations, symbol
+from sym2real.vocabulary import ATTITUDE, RATE, VELOCITY
 
 
 def _flapping_moment_parameters(body: Body) -> tuple[Parameter, ...]:
@@ -68,7 +69,7 @@ FLAPPING_MOMENT = Kind(
     fix="put the term into the model",
     inject=truth.pushing(_turn),
     substitute=_flapping_moment_substitute,
-    needs=("wx", "wy", "vx", "vy", "vz", *QUATERNION),
+    needs=("wx", "wy", *VELOCITY.columns, *ATTITUDE.columns),
     robot="quadrotor",
     searching=Searching(shown_in=lambda _: (Shown.SPEEDS,)),
     by_torque=lambda _: True,
@@ -96,7 +97,7 @@ TRANSLATIONAL_LIFT = Kind(
     fix="put the term into the model",
     inject=truth.pushing(_lift),
     substitute=_translational_lift_substitute,
-    needs=("thrust", "vx", "vy", "vz", *QUATERNION),
+    needs=("thrust", *VELOCITY.columns, *ATTITUDE.columns),
     robot="quadrotor",
     searching=Searching(shown_in=lambda _: (Shown.SPEEDS,)),
 )
@@ -188,7 +189,7 @@ ROTOR_REACTION = Kind(
     fix="put the rotors' inertia into the model; a softer yaw loop makes it matter less",
     inject=_inject,
     substitute=_rotor_reaction_substitute,
-    needs=("thrust", "wx", "wy", "wz"),
+    needs=("thrust", *RATE.columns),
     numbers=("rotor_thrust", "torque_per_thrust", "jx", "jy", "jz"),
     hidden=(SUM_MEMORY, COMMAND_MEMORY),
     robot="quadrotor",

@@ -4,18 +4,18 @@ from collections.abc import Sequence
 
 from sympy import Expr, Integer, sqrt
 
+from sym2real import vocabulary
 from sym2real.effects.body import Body
 from sym2real.symbolic import symbol
 from sym2real.symbolic.quaternions import body_axes
 
-QUATERNION = ("qw", "qx", "qy", "qz")
-HEADING = ("sin_yaw", "cos_yaw")
+QUATERNION, HEADING = vocabulary.ATTITUDE.columns, vocabulary.HEADING.columns
 Axes = tuple[tuple[Expr, ...], ...]
 
 
 def velocity(body: Body) -> tuple[Expr, ...]:
     """Velocity of the body frame's origin in world axes, m/s: two components in a plane."""
-    return tuple(symbol(name) for name in ("vx", "vy", "vz")[: 2 if body.planar else 3])
+    return tuple(symbol(name) for name in vocabulary.VELOCITY.columns[: 2 if body.planar else 3])
 
 
 def axes(body: Body) -> Axes:

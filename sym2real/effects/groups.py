@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatch
 
@@ -24,10 +24,10 @@ class Group:
 
     while_: str
     members: tuple[str, ...]
-    shown: Callable[[Iterable[Trajectory]], bool] | None = None
+    shown: manoeuvres.Condition | None = None
     one_of: bool = False
 
-    def holds(self, logs: Iterable[Trajectory]) -> bool:
+    def holds(self, logs: Sequence[Trajectory]) -> bool:
         """Whether logs show that its members cannot be told apart."""
         return self.shown is not None and self.shown(logs)
 
@@ -106,8 +106,3 @@ def unnamed(keys: Collection[str], logs: Iterable[Trajectory]) -> dict[str, tupl
     logs = list(logs)
     found = (group for group in NAMED if group.members[0] in keys and group.holds(logs))
     return {member: (group.members[0], group.while_) for group in found for member in group.members[1:]}
-
-
-def same_group(key: str, other: str) -> bool:
-    """Whether two keys may stand for each other."""
-    return key == other or any(fnmatch(other, member) for member in others_of(key, GROUPS))

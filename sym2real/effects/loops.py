@@ -38,7 +38,7 @@ from sym2real.effects.wrench import AXES, FORWARD, forward_speed, push, uses
 from sym2real.errors import ModelError
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
-from sym2real.vocabulary import ATTITUDE, ATTITUDE_COMMAND, SPEED_COLUMN
+from sym2real.vocabulary import ATTITUDE, ATTITUDE_COMMAND, RATE, RATE_COMMAND, SPEED_COLUMN
 
 NUMBERS = ("jx", "jy", "jz", "kx", "ky", "kz")
 
@@ -117,7 +117,7 @@ def other_torque(equations: Equations, axis: str) -> Expr:
     return symbol(f"t{axis}") if uses(equations, f"t{axis}") else Integer(0)
 
 
-LOOPS = ("wx", "wy", "wz")
+LOOPS = RATE.columns
 
 
 def _rate_loop_gain_substitute(equations: Equations, values: Values, body: Body) -> Equations:
@@ -148,7 +148,7 @@ RATE_LOOP_GAIN = Kind(
     fix="set the rate loop's gain in the firmware, or in the model (`nominal quadrotor --rate-gains`)",
     inject=truth.editing(_stiffen),
     substitute=_rate_loop_gain_substitute,
-    needs=("wx_cmd", "wy_cmd", "wz_cmd", "wx", "wy", "wz"),
+    needs=(*RATE_COMMAND.columns, *RATE.columns),
     numbers=NUMBERS,
     robot="quadrotor",
     nuisance=(0.8, 1.25),
@@ -277,7 +277,7 @@ RATE_DAMPING = Kind(
     inject=truth.pushing(_brake),
     of_joints="joint_damping",
     substitute=_rate_damping_substitute,
-    needs=("wx", "wy", "wz"),
+    needs=RATE.columns,
     robot="quadrotor",
     counts_as=("rate_loop_gain", "gain:w?_cmd"),
     searching=Searching(why_not=_why_not),

@@ -1,6 +1,7 @@
 """What logs lack that would tell effects apart (turns of yaw, changes of thrust, dither, circles), and what to fly."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -35,6 +36,8 @@ EXCITED_BY = {
 # White noise to its third difference.
 THIRD_DIFFERENCE = np.sqrt(20.0)
 
+Condition = Callable[[Sequence[Trajectory]], bool]
+
 
 def in_words_of(action: Layout, advice: str) -> str:
     """A sentence with the commands that a robot has in place of :data:`EXCITED`."""
@@ -42,17 +45,17 @@ def in_words_of(action: Layout, advice: str) -> str:
     return advice.replace(EXCITED, words[0]) if words else advice
 
 
-def always(logs: Iterable[Trajectory]) -> bool:
+def always(logs: Sequence[Trajectory]) -> bool:
     """True on every flight."""
     return True
 
 
-def no_motor_torques(logs: Iterable[Trajectory]) -> bool:
+def no_motor_torques(logs: Sequence[Trajectory]) -> bool:
     """Whether no motor's torque shows in what is predicted: else it tells a motor's strength from the robot's mass."""
     return not any(turned_by_motors(log.layouts) for log in logs)
 
 
-def steady_yaw(logs: Iterable[Trajectory]) -> bool:
+def steady_yaw(logs: Sequence[Trajectory]) -> bool:
     """Whether a quadrotor looks one way: a force from the ground then looks like a tilted sensor."""
     if not (found := _joined(logs, ATTITUDE.columns)):
         return False
@@ -61,17 +64,7 @@ def steady_yaw(logs: Iterable[Trajectory]) -> bool:
     return bool(abs(heading.mean()) > STEADY_YAW)
 
 
-def steady_thrust(logs: Iterable[Trajectory]) -> bool:
-    """Whether the thrust command hardly varies."""
-    return _varies_less(logs, STEADY_THRUST)
-
-
-def constant_thrust(logs: Iterable[Trajectory]) -> bool:
-    """Whether the thrust command does not vary."""
-    return _varies_less(logs, CONSTANT_THRUST)
-
-
-def _varies_less(logs: Iterable[Trajectory], part: float) -> bool:
+def _varies_less(logs: Sequence[Trajectory], part: float) -> bool:
     values = [_thrust(log) for log in logs]
     if not values or any(len(value) == 0 for value in values):
         return False
@@ -79,21 +72,17 @@ def _varies_less(logs: Iterable[Trajectory], part: float) -> bool:
     return bool(together.std() < part * abs(together.mean()))
 
 
-def steady_thrust_alone(logs: Iterable[Trajectory]) -> bool:
-    """Whether it hardly varies, and nothing but the thrust shows how strong motors are."""
-    logs = list(logs)
-    return no_motor_torques(logs) and steady_thrust(logs)
+def _alone(logs: Sequence[Trajectory], shown: Condition) -> bool:
+    return no_motor_torques(logs) and shown(logs)
 
 
-def constant_thrust_alone(logs: Iterable[Trajectory]) -> bool:
-    """Whether it does not vary, and nothing but the thrust shows how strong motors are."""
-    logs = list(logs)
-    return no_motor_torques(logs) and constant_thrust(logs)
+# Whether the thrust command hardly varies, or not at all; and whether nothing else shows how strong motors are.
+steady_thrust, constant_thrust = (partial(_varies_less, part=part) for part in (STEADY_THRUST, CONSTANT_THRUST))
+steady_thrust_alone, constant_thrust_alone = (partial(_alone, shown=one) for one in (steady_thrust, constant_thrust))
 
 
-def one_speed(logs: Iterable[Trajectory]) -> bool:
+def one_speed(logs: Sequence[Trajectory]) -> bool:
     """Whether half of the time is spent close to one speed."""
-    logs = list(logs)
     names = [name for name in VELOCITY.columns if all(name in log.layouts.state for log in logs)]
     if not names or not logs:
         return False
@@ -101,14 +90,14 @@ def one_speed(logs: Iterable[Trajectory]) -> bool:
     return bool(high - low < ONE_SPEED * middle)
 
 
-def tyres_hold(logs: Iterable[Trajectory]) -> bool:
+def tyres_hold(logs: Sequence[Trajectory]) -> bool:
     """Whether a car hardly ever turns hard enough to slide."""
     if not (found := _joined(logs, ("vx", "vy", "wz", "steer"))):
         return False
     return bool(np.quantile(np.hypot(found[0], found[1]) * abs(found[2]), 0.95) < GRIP)
 
 
-def calm_rates(logs: Iterable[Trajectory]) -> bool:
+def calm_rates(logs: Sequence[Trajectory]) -> bool:
     """Whether rate commands change smoothly."""
     names = ("wx_cmd", "wy_cmd")
     logs = [log for log in logs if _has(log, names) and len(log) > 3]
@@ -118,9 +107,8 @@ def calm_rates(logs: Iterable[Trajectory]) -> bool:
     return bool(np.mean(jumps) < DITHER)
 
 
-def one_direction(logs: Iterable[Trajectory]) -> bool:
+def one_direction(logs: Sequence[Trajectory]) -> bool:
     """Whether a car only ever drives forwards, or only backwards."""
-    logs = list(logs)
     if found := _joined([log for log in logs if "speed" in log.layouts.action], ["speed"]):
         speed = found[0]
     elif found := _joined(
@@ -133,7 +121,7 @@ def one_direction(logs: Iterable[Trajectory]) -> bool:
     return max(forward, 1 - forward) > ONE_DIRECTION
 
 
-def one_circle(logs: Iterable[Trajectory]) -> bool:
+def one_circle(logs: Sequence[Trajectory]) -> bool:
     """Whether yaw rate and speed go together, as on one circle: a lever arm then looks like a turned heading."""
     if not (found := _joined(logs, ("sin_yaw", "cos_yaw", "vx", "vy", "wz"))):
         return False
@@ -152,9 +140,8 @@ def _thrust(log: Trajectory) -> Array:
     return np.zeros(0)
 
 
-def _joined(logs: Iterable[Trajectory], names: Sequence[str]) -> list[Array]:
+def _joined(logs: Sequence[Trajectory], names: Sequence[str]) -> list[Array]:
     """Columns of all logs one behind the other; none where there is no log, or one that lacks a column."""
-    logs = list(logs)
     if not logs or not all(_has(log, names) for log in logs):
         return []
     return [np.concatenate([log.column(name) for log in logs]) for name in names]

@@ -39,7 +39,7 @@ from sym2real.effects.terms import LAGGED, defined, lagging, with_hidden
 from sym2real.effects.wrench import AXES, push
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
-from sym2real.vocabulary import MOTOR_COLUMNS, MOTOR_TORQUES
+from sym2real.vocabulary import MOTOR_COLUMNS, MOTOR_TORQUES, RATE, RATE_COMMAND
 
 BIASES = ("tx", "ty", "tz")
 
@@ -63,7 +63,7 @@ TORQUE_BIAS = Kind(
         lambda data, body, values: truth.add_torque(data, np.array([values[name] for name in BIASES]))
     ),
     substitute=lambda equations, values, body: push(equations, body, torque=[values[name] for name in BIASES]),
-    needs=("wx", "wy", "wz"),
+    needs=RATE.columns,
     robot="quadrotor",
     by_torque=lambda _: True,
 )
@@ -99,14 +99,14 @@ TORQUE_SCALE = Kind(
     substitute=lambda equations, values, body: equations.substitute(
         {torque: values[name] * symbol(torque) for name, torque in zip(FACTORS, MOTOR_TORQUES, strict=True)}
     ),
-    needs=("thrust", *MOTOR_TORQUES, "wx", "wy", "wz"),
+    needs=("thrust", *MOTOR_TORQUES, *RATE.columns),
     robot="quadrotor",
     searching=Searching(attenuated=True),
 )
 
 
-LOOP = (*NUMBERS, "wx_cmd", "wy_cmd", "wz_cmd", "wx", "wy", "wz")
-FEEDBACK, FIRST_FEEDBACK = ("wx", "wy", "wz"), 4
+LOOP = (*NUMBERS, *RATE_COMMAND.columns, *RATE.columns)
+FEEDBACK, FIRST_FEEDBACK = RATE.columns, 4
 NEAR_CRITICAL = 1e-6  # of |1 - 4Kτ|, where both branches divide by its root
 
 

@@ -35,8 +35,9 @@ from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.quaternions import multiply
 from sym2real.trajectory import Array, Trajectory
+from sym2real.vocabulary import RATE, RATE_COMMAND
 
-RATES, COMMANDS = ("wx", "wy", "wz"), ("wx_cmd", "wy_cmd", "wz_cmd")
+RATES, COMMANDS = RATE.columns, RATE_COMMAND.columns
 # Boards are screwed down flat and markers aligned by eye: beyond 6° somebody would have seen it, and what looks like
 # more is a force.
 MOST = 0.1
@@ -234,7 +235,7 @@ def _lever_arm_report(state: Array, body: Body, values: Numbers) -> Array:
 
 def _fixed(_body: Body, _values: Array, logs: Iterable[Trajectory]) -> tuple[str, ...]:
     """On one circle an arm aside is the speed's: its gain, its limit."""
-    return ("ry",) if one_circle(logs) else ()
+    return ("ry",) if one_circle([*logs]) else ()
 
 
 LEVER_ARM = Kind(

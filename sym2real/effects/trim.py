@@ -24,5 +24,5 @@ def is_trim(effect: Effect, values: Mapping[str, float], logs: Iterable[Trajecto
         return hypot(values.get("roll", 0.0), values.get("pitch", 0.0)) <= TRIM
     if effect.kind == "wind" and not effect.body.planar and "mass" in effect.body.numbers:
         side = hypot(values.get("fx", 0.0), values.get("fy", 0.0))
-        return side <= TRIM * effect.body.mass * GRAVITY and steady_yaw(logs)
+        return side <= TRIM * effect.body.mass * GRAVITY and steady_yaw([*logs])
     return False

@@ -13,6 +13,7 @@ from sym2real.rotation import to_matrix
 from sym2real.trajectory import Array
 
 DITHER_TIME = 0.1  # s
+PATIENCE = 6.0  # s for a goal
 
 
 class ColouredNoise:
@@ -111,14 +112,12 @@ class GoalAfterGoal(Memoryless):
         rng: where the goals come from.
         reach: goals lie in ±reach of the origin, m.
         fastest: in m/s.
-        patience: time for one goal in s.
     """
 
     robot: Robot
     rng: np.random.Generator
     reach: float
     fastest: float
-    patience: float = 6.0
     _goal: Array = field(init=False, default_factory=lambda: np.zeros(2))
     _left: int = field(init=False, default=0)
 
@@ -131,7 +130,7 @@ class GoalAfterGoal(Memoryless):
         x, y, sine, cosine = np.asarray(state, dtype=np.float64)[:4]
         if self._left == 0 or np.hypot(*(self._goal - [x, y])) < 0.3:
             self._goal = self.rng.uniform(-self.reach, self.reach, 2)
-            self._left = round(self.patience / self.robot.dt)
+            self._left = round(PATIENCE / self.robot.dt)
         self._left -= 1
         ahead = self._goal - [x, y]
         forward, left = ahead[0] * cosine + ahead[1] * sine, ahead[1] * cosine - ahead[0] * sine

@@ -14,13 +14,12 @@ from sym2real.files import make_folder
 from sym2real.neural import Model
 from sym2real.neural import open_model as open_folder
 from sym2real.neural.composed import Base, state_of
-from sym2real.neural.model_folder import below
+from sym2real.neural.model_folder import below, holds_model
 from sym2real.plants import MujocoPlant, load_plant
 from sym2real.plants.plant_file import PLANT
 from sym2real.robots import ROBOTS, Robot
 from sym2real.robots.own import robot_of
 from sym2real.symbolic import Equations, load_model
-from sym2real.symbolic.storage import EQUATIONS, INVENTORY
 
 
 def open_model(name: str, on_progress: Callable[[Progress], None] = lambda _: None) -> Model:
@@ -67,11 +66,6 @@ def robot_called(name: str) -> Robot:
         DataError: for a folder without a model.
     """
     return described_robot(below(open_folder(Path(name))), name) if Path(name).is_dir() else ROBOTS[name]
-
-
-def holds_model(folder: Path) -> bool:
-    """Whether a folder is that of a model, of equations or of networks."""
-    return any((folder / part).exists() for part in (EQUATIONS, INVENTORY))
 
 
 def simulator_called(name: str) -> MujocoPlant:

@@ -75,7 +75,6 @@ def planned_runs(
     seconds: float = 8.0,
     yaw_rate: float = 0.0,
     dither: float = 1.0,
-    seed: int = 0,
 ) -> Dataset:
     """Manoeuvres in the plain simulator, without noise, with the dither of the standard set on the commands.
 
@@ -85,7 +84,6 @@ def planned_runs(
         seconds: of each.
         yaw_rate: of a quadrotor's heading in rad/s.
         dither: factor on the standard set's (thrust 5 mN, rates 0.15 rad/s; steering 0.03 rad, speed 0.1 m/s).
-        seed: of the dither.
 
     Raises:
         ModelError: for a manoeuvre that ends in a crash.
@@ -93,7 +91,7 @@ def planned_runs(
     steps, runs = round(seconds / robot.dt), list[Trajectory]()
     for index, manoeuvre in enumerate(manoeuvres or USUAL[motion(robot)]):
         reference = path_of(robot, manoeuvre, 0.0, yaw_rate)
-        sent = dithered(geometric_controller(robot, reference), robot, np.random.default_rng([seed, index]), dither)
+        sent = dithered(geometric_controller(robot, reference), robot, np.random.default_rng([0, index]), dither)
         start = reference(torch.zeros((), dtype=torch.float64)).numpy()
         run = run_episode(MujocoPlant(robot), sent, start=start, steps=steps, name=f"{manoeuvre.shape}_{index + 1}")
         _require_whole(robot, manoeuvre.shape, run, steps, "plan a slower, larger or higher one")

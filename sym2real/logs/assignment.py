@@ -8,7 +8,7 @@ from sym2real.layout import Layouts
 from sym2real.logs.name_words import words_and_unit
 from sym2real.logs.names import Named, read_name
 from sym2real.logs.parts import STANDARD_COLUMNS, UPRIGHT
-from sym2real.vocabulary import ACCELERATION_COLUMN
+from sym2real.vocabulary import ACCELERATION_COLUMN, EULER_ANGLES
 
 PREFIX = {"position": "", "velocity": "v", "rate": "w", "force": "f", "torque": "t"}
 STANDARD = {
@@ -20,14 +20,13 @@ MOVING = ("position", "velocity", "rate")
 JOINTS, NUMBERED = frozenset({"joint", "joints", "effort", "efforts"}), frozenset({"tau", "torque", "dq", "qd", "qdot"})
 GREEK = frozenset({"theta", "phi", "psi"})
 ATTITUDE_OF_ROLE = {"state": "attitude", "command": "attitude_command", "reference": "reference_attitude"}
-ANGLES = ("roll", "pitch", "yaw")
 WHOLE = ({*"wxyz"}, {*UPRIGHT}, {*"0123"}, {*"1234"})  # what a quaternion's components may be called by
 # World axes as navigation names them, north-east-down or east-north-up, and aeronautics' letters: what they stand for.
 XYZ = ("x", "y", "z")
 ROTATION = ("rx", "ry", "rz")  # Vicon's angles, beside tx, ty, tz
 LETTERS = {
     ("north", "east", "down"): XYZ, ("n", "e", "d"): XYZ, ("east", "north", "up"): XYZ, ("e", "n", "u"): XYZ,
-    ("u", "v", "w"): ("vx", "vy", "vz"), ("p", "q", "r"): ("wx", "wy", "wz"), ROTATION: ANGLES,
+    ("u", "v", "w"): ("vx", "vy", "vz"), ("p", "q", "r"): ("wx", "wy", "wz"), ROTATION: EULER_ANGLES,
 }  # fmt: skip
 LEVEL = dict.fromkeys((("east", "north"), ("easting", "northing"), ("e", "n")), XYZ[:2])
 # A heading as this package writes it, the measured one and where it should be.
@@ -154,7 +153,11 @@ def _counted_joints(named: Mapping[str, Named], names: Sequence[str]) -> list[st
         if name in named
         and (
             (named[name].counted and (of_joints or {*columns} not in ({"0", "1"}, {"0", "1", "2"})))
-            or (named[name].quantity in ANGLES and len(columns) > 1 and GREEK.intersection(words_and_unit(name)[0]))
+            or (
+                named[name].quantity in EULER_ANGLES
+                and len(columns) > 1
+                and GREEK.intersection(words_and_unit(name)[0])
+            )
         )
     ]
 
@@ -187,7 +190,7 @@ def _place(result: Assignment, name: str, named: Named) -> None:
         return
     if named.quantity == "quaternion":
         places, key = result.quaternions.setdefault(attitude, {}), named.axis
-    elif named.quantity in ANGLES:
+    elif named.quantity in EULER_ANGLES:
         places, key = result.angles.setdefault(attitude, {}), named.quantity
     elif named.quantity in PREFIX:
         command = "_cmd" if (named.role, named.quantity) == ("command", "rate") else ""
@@ -215,7 +218,7 @@ def _settle(result: Assignment, motors: int) -> None:
         # A planar robot's theta is its heading.
         if "pitch" in parts and not {"roll", "yaw"} & parts.keys() and "theta" in parts["pitch"].lower():
             parts["yaw"] = parts.pop("pitch")
-        if set(parts) == set(ANGLES) and attitude not in result.quaternions:
+        if set(parts) == set(EULER_ANGLES) and attitude not in result.quaternions:
             continue
         if attitude not in result.quaternions and attitude != "attitude_command" and "yaw" in parts:
             result.columns["ref_yaw" if attitude == "reference_attitude" else "yaw"] = parts["yaw"]

@@ -9,6 +9,7 @@ from sym2real.logs import derive
 from sym2real.logs.dropouts import UNWRAPPED
 from sym2real.logs.specification import LogSpec
 from sym2real.logs.standard import QUATERNION, Columns, Standard, side_by_side
+from sym2real.vocabulary import RATE
 
 
 def add_derived(log: Standard, spec: LogSpec, layouts: Layouts | None, dt: float | None) -> Standard:
@@ -53,7 +54,7 @@ def _rolling(log: Standard, around: int) -> Columns:
 
 def _rates(log: Standard, around: int) -> Columns:
     if (quaternion := side_by_side(log.columns, QUATERNION)) is not None:
-        return dict(zip(("wx", "wy", "wz"), derive.body_rate(log.time, quaternion, around).T, strict=True))
+        return dict(zip(RATE.columns, derive.body_rate(log.time, quaternion, around).T, strict=True))
     if "sin_yaw" in log.columns:
         heading = derive.counted_heading(log.columns["sin_yaw"], log.columns["cos_yaw"])
         return {"wz": derive.slope(log.time, heading, around)}

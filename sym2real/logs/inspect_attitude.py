@@ -19,6 +19,7 @@ from sym2real.logs.draft import Draft
 from sym2real.logs.parts import UPRIGHT, Attitude, Direction, Frames
 from sym2real.logs.reading import CLEAR, Said, by_name, by_ratio, by_size
 from sym2real.logs.units import GRAVITY
+from sym2real.vocabulary import EULER_ANGLES
 
 NORM = 0.05
 # Of readings that fit alike the usual one is taken. Robots fly above the origin: z down goes with negative heights.
@@ -67,14 +68,14 @@ def _report_quaternion(draft: Draft, name: str, lettered: bool) -> None:
 
 
 def _euler(draft: Draft, name: str, parts: dict[str, str]) -> None:
-    columns = tuple(parts[key] for key in ("roll", "pitch", "yaw"))
+    columns = tuple(parts[key] for key in EULER_ANGLES)
     values = draft.raw(*columns)
     said = angle_unit(draft, columns, float(np.abs(values).max()))
     if said[2] != "certain" and name == "attitude" and draft.acceleration is not None and not draft.assignment.is_car:
         # A tilt of 1 rad accelerates by g: so does one of 57.3 deg.
         share = draft.rows.ratio(GRAVITY * values[:, :2], draft.acceleration[:, :2])
         said = by_ratio(ANGLES, share, "the horizontal acceleration over g")
-    for column, angle in zip(columns, ("roll", "pitch", "yaw"), strict=True):
+    for column, angle in zip(columns, EULER_ANGLES, strict=True):
         draft.add(column, f"{name} {angle}", *said)
     draft.attitudes[name] = Attitude(euler=columns, unit=said[0])  # type: ignore[arg-type]
 

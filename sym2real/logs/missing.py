@@ -8,6 +8,7 @@ from pathlib import Path
 
 from sym2real.errors import DataError
 from sym2real.layout import Layouts
+from sym2real.vocabulary import ATTITUDE, HEADING, POSITION, RATE, VELOCITY
 
 FRAME = Path("data frame")  # what errors call a log that is no file
 # A name that is as close as `Motor1` to `motor1`; `x` for `vx` and `wx` for `wx_cmd` are other quantities.
@@ -21,9 +22,9 @@ INTERFACES = {
 }
 # What a specification can derive → the columns, and those that it is computed from.
 DERIVED = (
-    ("velocity", ("vx", "vy", "vz"), {"x", "y"}),
-    ("rate", ("wx", "wy", "wz"), {"qw", "qx", "qy", "qz"}),
-    ("rate", ("wz",), {"sin_yaw", "cos_yaw"}),
+    ("velocity", VELOCITY.columns, {*POSITION.columns[:2]}),
+    ("rate", RATE.columns, {*ATTITUDE.columns}),
+    ("rate", ("wz",), {*HEADING.columns}),
 )
 
 

@@ -10,9 +10,8 @@ from sym2real.logs.parts import ATTITUDES
 from sym2real.logs.resample import COMMANDS
 from sym2real.logs.specification import LogSpec
 from sym2real.logs.standard import TURNED_ABOUT_X, attitude_columns
-from sym2real.vocabulary import VELOCITY
+from sym2real.vocabulary import EULER_ANGLES, VELOCITY
 
-ANGLES = ("roll", "pitch", "yaw")
 # What the reader makes of a column of its own kind.
 MADE_OF = {"yaw": ("sin_yaw", "cos_yaw"), "wheel_speed": ("vx", "vy")}
 
@@ -35,7 +34,7 @@ def sources_of(spec: LogSpec) -> dict[str, str]:
             found |= dict.fromkeys(columns, found[made])
     for name, (first, last) in ATTITUDES.items():
         attitude = getattr(spec, name)
-        angles = [f"{first}{angle}{last}" for angle in ANGLES]
+        angles = [f"{first}{angle}{last}" for angle in EULER_ANGLES]
         turned |= {*angles[1:]}
         components = np.roll(attitude.quaternion, 1) if attitude.order == "xyzw" else attitude.quaternion
         found |= dict(zip(angles, attitude.euler, strict=False))

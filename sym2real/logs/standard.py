@@ -16,11 +16,11 @@ from sym2real.logs.specification import LogSpec, load_spec
 from sym2real.logs.table import Table
 from sym2real.logs.units import UNITS, factor
 from sym2real.trajectory import Array
+from sym2real.vocabulary import ATTITUDE, VELOCITY
 
 Columns = dict[str, Array]
 
-QUATERNION = ("qw", "qx", "qy", "qz")
-VELOCITY = ("vx", "vy", "vz")
+QUATERNION = ATTITUDE.columns
 INVERSE = np.array([1.0, -1.0, -1.0, -1.0])  # times a quaternion
 NORM_TOLERANCE = 0.05
 # Half a turn about x leads from north-east-down to z up, and from forward-right-down to forward-left-up.
@@ -208,5 +208,7 @@ def _velocity_to_world(table: Table, columns: Columns) -> Columns:
         quaternion = np.stack([np.cos(half), zero, zero, np.sin(half)], axis=1)
     if quaternion is None:
         raise DataError(table.path, "an attitude or a yaw that turns body velocities into the world", "neither")
-    world = derive.to_world(quaternion, np.stack([columns.get(name, np.zeros(rows)) for name in VELOCITY], axis=1))
-    return {name: world[:, i] for i, name in enumerate(VELOCITY) if name in columns}
+    world = derive.to_world(
+        quaternion, np.stack([columns.get(name, np.zeros(rows)) for name in VELOCITY.columns], axis=1)
+    )
+    return {name: world[:, i] for i, name in enumerate(VELOCITY.columns) if name in columns}

@@ -38,10 +38,10 @@ def in_motion(log: Trajectory) -> list[Trajectory]:
         standing, why = _resting(told, np.stack([log.column(axis) for axis in LEVEL], axis=1), log.dt), "as it is told"
     else:
         return [log]
-    moving = _stretches(~standing)
+    moving = stretches(~standing)
     if not standing.any() or not moving:
         return [log]
-    where = ", ".join(f"{start + 1} to {stop}" for start, stop in _stretches(standing))
+    where = ", ".join(f"{start + 1} to {stop}" for start, stop in stretches(standing))
     names = [log.name if len(moving) == 1 else f"{log.name}#{number}" for number in range(1, len(moving) + 1)]
     pieces = [replace(log.rows(*rows), name=name) for rows, name in zip(moving, names, strict=True)]
     return [replace(pieces[0], notes=(*log.notes, f"{LEFT_OUT}, in which it stands ({why}): {where}")), *pieces[1:]]
@@ -63,7 +63,7 @@ def _drive(log: Trajectory) -> Array | None:
 
 def _resting(told: Array, place: Array, dt: float) -> Rows:
     found, beside = np.zeros(len(told), dtype=bool), round(BESIDE / dt)
-    for start, stop in _stretches(told <= STILL * told.max()):
+    for start, stop in stretches(told <= STILL * told.max()):
         away = np.linalg.norm(place[start:stop] - np.median(place[(start + stop) // 2 : stop], axis=0), axis=1) > AWAY
         first = start + int(np.max(np.flatnonzero(away), initial=-1)) + 1
         first, last = first + beside * (first > 0), stop - beside * (stop < len(told))
@@ -74,14 +74,14 @@ def _resting(told: Array, place: Array, dt: float) -> Rows:
 def _standing(push: Array, height: Array, dt: float) -> Rows:
     usual = push[push >= WEAK * np.percentile(push, 95)].mean()
     found, least = np.zeros(len(push), dtype=bool), max(round(LEAST / dt), FEWEST)
-    for start, stop in _stretches(push < WEAK * usual):
+    for start, stop in stretches(push < WEAK * usual):
         for long in (least, 4 * least):  # who is dropped falls first, and stands then; a rough height needs more rows
             parts = ((first, first + long) for first in range(start, stop - long + 1, long))
             if still := [(first, last) for first, last in parts if not _falls(height[first:last], dt)]:
                 break
         for first, last in still:
             found[first:last] = True
-            for lowest, highest in _stretches(height < np.median(height[first:last]) + LIFTED):
+            for lowest, highest in stretches(height < np.median(height[first:last]) + LIFTED):
                 found[lowest:highest] |= lowest < last and first < highest
     return found
 
@@ -95,7 +95,7 @@ def _falls(height: Array, dt: float) -> bool:
     return bool(found[2] - 2.0 * np.sqrt(variance) < -FALLING * GRAVITY)
 
 
-def _stretches(rows: Rows) -> list[tuple[int, int]]:
+def stretches(rows: Rows) -> list[tuple[int, int]]:
     """First row and the row after the last of every stretch of true ones."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], rows, [False]])))
     return [(int(start), int(stop)) for start, stop in edges.reshape(-1, 2)]

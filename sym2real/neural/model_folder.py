@@ -40,6 +40,11 @@ NETWORK, EXPRESSIONS = RESIDUALS
 WHAT = "the parts of a model with their digests"
 
 
+def holds_model(folder: Path) -> bool:
+    """Whether a folder is that of a model, of equations or of networks."""
+    return any((folder / name).exists() for name in (EQUATIONS, INVENTORY, ENSEMBLE))
+
+
 def below(model: Model) -> Base:
     """What lies below a model's residual; the model where it has none."""
     return model.below if isinstance(model, Composed) else model

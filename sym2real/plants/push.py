@@ -7,15 +7,17 @@ from sym2real.robots import Robot
 from sym2real.trajectory import Array
 from sym2real.vocabulary import FORCE, TORQUE, WRENCH
 
+CORRELATION = 0.3  # s
 
-def random_push(robot: Robot, steps: int, rng: np.random.Generator, correlation: float = 0.3) -> Array:
+
+def random_push(robot: Robot, steps: int, rng: np.random.Generator) -> Array:
     """A sequence of wrenches ``# (steps, inputs)`` for :func:`~sym2real.plants.run_episode`.
 
-    Gaussian noise of the given correlation time in s, squashed so that the size of the force, that of the torque
+    Gaussian noise of a correlation time of 0.3 s, squashed so that the size of the force, that of the torque
     measured in each axis' limit, and every push along a joint stay within ``robot.limits.push``.
     """
     columns = robot.layouts.inputs.columns
-    width = correlation / robot.dt
+    width = CORRELATION / robot.dt
     margin = int(np.ceil(4.0 * width))
     noise = gaussian_filter1d(rng.standard_normal((steps + 2 * margin, len(columns))), width, axis=0)
     # A Gaussian filter of this width shrinks white noise to a standard deviation of (2 √π width)^(-1/2).

@@ -36,13 +36,13 @@ class Line:
     switched: bool = False
 
 
-def of_model(values: Values, low: Array | None = None, high: Array | None = None) -> list[Line]:
+def of_model(values: Values) -> list[Line]:
     """The model that is given and, where there are several combinations of switches, what it is with those on."""
     if len(np.atleast_2d(values[0] if isinstance(values, list) else values)) == 1:
-        return [Line("model", "base", values, low, high)]
+        return [Line("model", "base", values)]
     return [
-        Line("model as it stands", "base", values, low, high),
-        Line("with the switches", "model", values, low, high, switched=True),
+        Line("model as it stands", "base", values),
+        Line("with the switches", "model", values, switched=True),
     ]
 
 

@@ -6,7 +6,7 @@ from rich.table import Table
 
 from sym2real.diagnosis import Comparison
 from sym2real.diagnosis.data.windows import JUDGED_AT
-from sym2real.report.diagnosis import where_lines
+from sym2real.report.diagnosis import note_lines, where_lines
 from sym2real.report.tables import compact_table, decimals, number
 
 
@@ -19,7 +19,7 @@ def comparison_report(comparison: Comparison) -> RenderableType:
     parts += [f"[bold]worst[/] {escape(segment.statement)}" for segment in comparison.worst]
     if comparison.residuals is not None:
         parts += [escape(line) for line in comparison.residuals.lines()]
-    parts += [f"[dim]note: {escape(note)}[/]" for note in comparison.notes]
+    parts += note_lines(comparison.notes)
     return Group(*parts)
 
 
@@ -35,8 +35,7 @@ def comparison_table(comparison: Comparison) -> Table:
 
 def floor_table(comparison: Comparison) -> Table:
     """Errors near 0.8 s ahead beside what no model can do better, one row per channel; fit and skill."""
-    shown = comparison.horizons or (comparison.one_step,)
-    errors = min(shown, key=lambda at: abs(at.horizon - JUDGED_AT))
+    errors = comparison.at(JUDGED_AT)
     headings = ("channel", "error", "sensor\nnoise", "excess", "fit %", "skill\nhold", "skill\nmean")
     rows = []
     for channel, error in errors.errors.items():

@@ -16,6 +16,7 @@ from sym2real.report.tables import number, table_of
 STYLE = {"EFFECT": "bold yellow", "NOTHING_MISSING": "bold green", "UNEXPLAINED": "bold red", "CANNOT_TELL": "bold"}
 # A share goes by what statistics sees, the ladder by what a user does.
 SHARES = "misfit: squared errors within a second, all channels against their noise; the ladder: errors further ahead"
+TOO_FEW = "too few independent pieces of data for a test"
 NO_BETTER_THAN_HOLD = "no model predicts these logs better than that nothing changes, so tests over whole logs decide"
 
 
@@ -38,7 +39,7 @@ def diagnosis_report(diagnosis: Diagnosis, shown_before: Collection[str] = ()) -
     parts += prediction_lines(diagnosis) if diagnosis.predicts_better else []
     parts += leftover_lines(diagnosis.leftovers)
     parts += proposal_lines(diagnosis.proposal)
-    parts += _remarks([note for note in diagnosis.notes if note not in shown_before])
+    parts += note_lines([note for note in diagnosis.notes if note not in shown_before])
     parts += [f"[dim]{escape(line)}[/]" for line in untried_lines(diagnosis)]
     parts.append(f"[dim]{misfit_line(diagnosis)}; {diagnosis.tried} hypotheses tested; {diagnosis.seconds:.0f} s[/]")
     return Group(*parts)
@@ -134,7 +135,7 @@ def tried_report(tried: Tried) -> RenderableType:
         parts.append(rivals_table(tried))
     if tried.ladder:
         parts.append(ladder_table(tried.ladder, tried.floor, tried.held_out, apart=tried.apart))
-    parts += _remarks(tried.notes)
+    parts += note_lines(tried.notes)
     parts.append(f"[dim]{tried.seconds:.0f} s[/]")
     return Group(*parts)
 
@@ -149,7 +150,8 @@ def where_lines(where: Sequence[Where]) -> list[str]:
     return [f"[bold]fails[/] {escape(region.statement)}" for region in where]
 
 
-def _remarks(notes: Sequence[str]) -> list[str]:
+def note_lines(notes: Sequence[str]) -> list[str]:
+    """Remarks on data and method, a line each."""
     return [f"[dim]note: {escape(note)}[/]" for note in notes]
 
 
@@ -159,18 +161,23 @@ def findings_list(findings: Sequence[Finding]) -> Table:
     table.add_column(no_wrap=True, justify="right", style="dim")
     table.add_column(overflow="fold")
     for place, finding in enumerate(findings, start=1):
-        few = " (provisional: too few independent pieces of data for a test)" if finding.provisional else ""
+        few = f" (provisional: {TOO_FEW})" if finding.provisional else ""
         share = f"removes {100 * finding.share:.0f} % of the misfit"
         table.add_row(str(place), f"[bold]{escape(finding.effect)}[/]  {share}{few}")
         for name, estimate in finding.parameters.items():
-            spread = finding.log_spread.get(name)
-            scatter = "" if spread is None else f", logs one by one ± {number(spread, 2)}"
-            known = f"95 % {number(estimate.low)} … {number(estimate.high)}" if estimate.low < estimate.high else ""
-            interval = f"[dim]{known}{scatter}[/]"  # which rotor it is has none
-            table.add_row("", f"{escape(name)} = [bold]{escape(estimate.said)}[/]  {interval}")
+            interval = interval_said(finding, name)
+            table.add_row("", f"{escape(name)} = [bold]{escape(estimate.said)}[/]  [dim]{interval}[/]")
         for label, said in known_of(finding):
             table.add_row(label, escape(said))
     return table
+
+
+def interval_said(finding: Finding, name: str) -> str:
+    """How well a value is known: its interval, and what logs one by one say."""
+    estimate, spread = finding.parameters[name], finding.log_spread.get(name)
+    # Which rotor it is has no interval.
+    known = [f"95 % {number(estimate.low)} … {number(estimate.high)}"] if estimate.low < estimate.high else []
+    return ", ".join([*known, *([] if spread is None else [f"logs one by one ± {number(spread, 2)}"])])
 
 
 def known_of(finding: Finding) -> list[tuple[str, str]]:

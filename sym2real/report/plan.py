@@ -4,6 +4,7 @@ from rich.console import Group, RenderableType
 from rich.markup import escape
 
 from sym2real.diagnosis import Plan
+from sym2real.report.diagnosis import note_lines
 from sym2real.report.tables import compact_table, number
 
 SOLE = "value"  # name of the one parameter that most effects have, which goes without saying
@@ -33,7 +34,7 @@ def plan_report(plan: Plan) -> RenderableType:
         parts += [f"  {escape(effect)}: {escape(', '.join(others))}" for effect, others in alike.items() if others]
     if plan.blocks < 10:
         parts.append(f"only {plan.blocks} independent pieces: findings would be provisional; fly longer")
-    parts += [f"[dim]note: {escape(note)}[/]" for note in plan.notes]
+    parts += note_lines(plan.notes)
     advice = {row.effect: row.shown_by for row in plan.visible if row.smallest is None or row.like}
     if advice:
         parts.append("[bold]what would show more[/]")

@@ -15,6 +15,7 @@ from typing import Literal
 
 from sympy import Expr, sign, sqrt
 
+from sym2real import vocabulary
 from sym2real.errors import ModelError
 from sym2real.layout import Layout, Layouts
 from sym2real.robots import crazyflie
@@ -30,8 +31,8 @@ from sym2real.vocabulary import MOTORS
 Interface = Literal["thrust_rates", "thrust_attitude", "motors"]
 Attitude = Literal["predicted", "measured"]
 
-POSITION, VELOCITY = ("x", "y", "z"), ("vx", "vy", "vz")
-QUATERNION, RATES = ("qw", "qx", "qy", "qz"), ("wx", "wy", "wz")
+POSITION, VELOCITY = vocabulary.POSITION.columns, vocabulary.VELOCITY.columns
+QUATERNION, RATES = vocabulary.ATTITUDE.columns, vocabulary.RATE.columns
 # Intermediate results: accelerations besides the rate loop's, at the step's start and over the step; mean rates with
 # the former, over the step and over its first half; rotation over the step and its first half; attitude at mid-step.
 START_DRIFT, DRIFT = ("start_drift_x", "start_drift_y", "start_drift_z"), ("drift_x", "drift_y", "drift_z")
@@ -40,10 +41,10 @@ MEAN, FIRST_HALF = ("mean_wx", "mean_wy", "mean_wz"), ("half_wx", "half_wy", "ha
 TURN = ("turn_w", "turn_x", "turn_y", "turn_z")
 HALF_TURN = ("half_turn_w", "half_turn_x", "half_turn_y", "half_turn_z")
 MIDDLE = ("mid_qw", "mid_qx", "mid_qy", "mid_qz")
-FORCE, TORQUE = ("fx", "fy", "fz"), ("tx", "ty", "tz")
+FORCE, TORQUE = vocabulary.FORCE.columns, vocabulary.TORQUE.columns
 COMMANDS: Mapping[str, tuple[str, ...]] = {
-    "thrust_rates": ("thrust", "wx_cmd", "wy_cmd", "wz_cmd"),
-    "thrust_attitude": ("thrust", "qw_cmd", "qx_cmd", "qy_cmd", "qz_cmd"),
+    "thrust_rates": ("thrust", *vocabulary.RATE_COMMAND.columns),
+    "thrust_attitude": ("thrust", *vocabulary.ATTITUDE_COMMAND.columns),
     "motors": MOTORS,
 }
 

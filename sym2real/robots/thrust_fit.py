@@ -9,6 +9,7 @@ from sym2real.robots.motors import MotorUnit
 from sym2real.robots.robot import GRAVITY
 from sym2real.rotation import rotate
 from sym2real.trajectory import Array, Trajectory
+from sym2real.vocabulary import ATTITUDE, VELOCITY
 
 
 def fit_thrust_per_unit(trajectory: Trajectory, seconds: float = 2.0, unit: MotorUnit = "command") -> float:
@@ -31,7 +32,7 @@ def fit_thrust_per_unit(trajectory: Trajectory, seconds: float = 2.0, unit: Moto
     time = first.time - first.time[0]
     push = _command(first, unit)[:, None] * _body_z(first)  # (rows, 3)
     impulse = np.concatenate([np.zeros((1, 3)), np.cumsum(push[:-1] * np.diff(time)[:, None], axis=0)])
-    velocity = np.stack([first.column(name) for name in ("vx", "vy", "vz")], axis=1)
+    velocity = np.stack([first.column(name) for name in VELOCITY.columns], axis=1)
     velocity[:, 2] += GRAVITY * time
     # v₀ is the mean of what the impulse does not explain, so centring removes it.
     impulse, velocity = impulse - impulse.mean(0), velocity - velocity.mean(0)
@@ -49,5 +50,5 @@ def _command(trajectory: Trajectory, unit: MotorUnit) -> Array:
 
 
 def _body_z(trajectory: Trajectory) -> Array:
-    quaternion = np.stack([trajectory.column(name) for name in ("qw", "qx", "qy", "qz")], axis=1)
+    quaternion = np.stack([trajectory.column(name) for name in ATTITUDE.columns], axis=1)
     return rotate(torch.as_tensor(quaternion), torch.tensor([0.0, 0.0, 1.0], dtype=torch.float64)).numpy()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from fnmatch import fnmatch
 from typing import Any
 
 import numpy as np
@@ -10,8 +11,9 @@ from scipy.optimize import linear_sum_assignment
 
 from sym2real.dataset import Logs
 from sym2real.diagnosis import Diagnosis, compare
-from sym2real.effects import same_group
+from sym2real.effects.groups import GROUPS, others_of
 from sym2real.errors import Sym2RealError, reason
+from sym2real.json_objects import plain
 from sym2real.neural.model_folder import Model
 
 Record = dict[str, Any]
@@ -28,8 +30,8 @@ def answer_of(found: Diagnosis) -> Record:
     return {
         "verdict": found.verdict,
         "findings": found.to_dict()["findings"],
-        "faults": [fault.to_dict() for fault in found.faults],
-        "leftover": None if found.leftover is None else found.leftover.to_dict(),
+        "faults": plain(found.faults),
+        "leftover": plain(found.leftover),
         # Of the place, whatever a robot's place is.
         "position_error": [next(iter(stage.horizons[stage.nearest(HORIZON)].values())).value for stage in found.ladder],
         "notes": list(found.notes),
@@ -73,6 +75,11 @@ def stands_for(finding: Record, key: str) -> bool:
     The group that an answer reports of itself does not count: a larger one would make any answer right.
     """
     return same_group(finding["effect"], key)
+
+
+def same_group(key: str, other: str) -> bool:
+    """Whether two keys may stand for each other."""
+    return key == other or any(fnmatch(other, member) for member in others_of(key, GROUPS))
 
 
 def named(answer: Record, key: str) -> bool:

@@ -22,7 +22,7 @@ from typing import Any
 import mujoco
 import numpy as np
 import tyro
-from answers import Record, answer_of, error_ahead, first
+from answers import Record, answer_of, error_ahead, first, same_group
 from bases import Base, as_read, base_of
 from figures import Figure, report
 from repeated import Asked, Settings, print_table, share
@@ -33,7 +33,7 @@ from sysid_parameters import FREE
 from sym2real.cli.found import plain_simulator
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import Diagnosis, diagnose
-from sym2real.effects import effect, same_group
+from sym2real.effects import effect
 from sym2real.errors import MissingDependencyError, ModelError
 from sym2real.experiments.study.sweep import Tell
 from sym2real.plants.mujoco_plant import edited

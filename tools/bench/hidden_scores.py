@@ -10,12 +10,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from answers import Record, all_matched, names
+from answers import Record, all_matched, names, same_group
 from figures import Figure
 from repeated import share, spread
 from scipy import stats
-
-from sym2real.effects import same_group
 
 # Of intervals below the quoted 95 %.
 LEVELS = (0.5, 0.8)
@@ -27,7 +25,7 @@ def right(record: Record, truth: str, found: str) -> bool:
     """Whether a found effect counts as the true one."""
     if record["yaw"] and truth != found and {truth, found} <= APART_WITH_YAW:
         return False
-    return bool(same_group(truth, found))
+    return same_group(truth, found)
 
 
 def true(record: Record, found: str) -> bool:

@@ -20,6 +20,7 @@ from standard_set import Case, simulate_case
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import Diagnosis, Estimate, Finding
+from sym2real.diagnosis.faults.sanity import check
 from sym2real.experiments.models import open_model
 from sym2real.report.html.pages import diagnosis_page
 from sym2real.report.html.render import write_page
@@ -56,6 +57,7 @@ class Bench:
         base, data = open_model("crazyflie"), self._data()
         assert isinstance(base, Equations)
         found = Diagnosis("EFFECT", "Missing: five effects.", findings=tuple(_finding(*one) for one in EFFECTS))
+        check(base, data)  # a diagnosis has done that before its page is drawn
         with TemporaryDirectory() as folder:
             file = Path(folder) / "report.html"
             started, worked = time.perf_counter(), time.process_time()

@@ -15,7 +15,7 @@ from functools import partial
 
 import numpy as np
 import tyro
-from answers import Record, named, names
+from answers import Record, named, names, same_group
 from bases import Base, base_of, diagnosed
 from figures import Figure, report
 from null_logs import alarm
@@ -25,7 +25,6 @@ from standard_set import Case, simulate_case
 
 from sym2real.cli.found import plain_simulator
 from sym2real.diagnosis import add, try_effect
-from sym2real.effects import same_group
 from sym2real.experiments.study.sweep import Tell
 from sym2real.symbolic import Equations
 

@@ -78,7 +78,7 @@ class Segments:
 
     def some(self, most: int) -> Segments:
         """About so many of them, evenly over every log, whatever the logs' order."""
-        number = np.arange(len(self)) - np.searchsorted(self.log, self.log)
+        number = number_in_log(self.log)
         share = min(1.0, most / len(self))
         return self.of(torch.as_tensor(np.ceil(share * (number + 1)) > np.ceil(share * number)))
 
@@ -230,6 +230,11 @@ def folds_of(segments: Segments) -> NDArray[np.int64]:
     return np.unique(folds, return_inverse=True)[1].astype(np.int64)
 
 
+def number_in_log(log: NDArray[np.int64]) -> NDArray[np.int64]:
+    """How many stand before each in its log; logs in their order ``# (S,)``."""
+    return np.arange(len(log)) - np.searchsorted(log, log)
+
+
 def summed(values: Tensor, parts: NDArray[np.int64]) -> Tensor:
     """Sums over parts, by the part of every segment ``# (S,)``, of what all have ``# (S, ...) -> (parts, ...)``."""
     return values.new_zeros(int(parts.max()) + 1, *values.shape[1:]).index_add(0, torch.as_tensor(parts), values)
@@ -243,5 +248,5 @@ def blocks_of(segments: Segments, dt: float) -> NDArray[np.int64]:
         dt: time step in s.
     """
     inside = ceil(BLOCK_SECONDS / (segments.length * dt) - 1e-9)
-    number = np.arange(len(segments)) - np.searchsorted(segments.log, segments.log)
-    return np.unique(segments.log * len(segments) + number // inside, return_inverse=True)[1].astype(np.int64)
+    numbers: NDArray[np.int64] = segments.log * len(segments) + number_in_log(segments.log) // inside
+    return np.unique(numbers, return_inverse=True)[1].astype(np.int64)

@@ -82,6 +82,11 @@ class Windows:
         """Norm of the prediction error per channel ``step`` rows after the start ``# (windows,)``."""
         return channel_errors(self.layout, self.predicted[:, step - 1], self.measured[:, step - 1])
 
+    @property
+    def missed(self) -> Tensor:
+        """What came out after one step, less what was predicted ``# (windows, tangent)``."""
+        return self.layout.difference(self.measured[:, 0], self.predicted[:, 0])
+
 
 def free_run_seconds(layout: Layout) -> float:
     """How long a free run is, s."""
@@ -145,3 +150,8 @@ def predict_windows(
     predicted = torch.where(predicted.float().isfinite(), predicted, torch.nan)
     measured = torch.as_tensor(trajectory.state[rows[:, None] + np.arange(1, steps + 1)])
     return Windows(rows, predicted, measured, torch.as_tensor(state), trajectory.layouts.state)
+
+
+def one_step_windows(model: DynamicsModel, trajectory: Trajectory) -> Windows:
+    """Predict one row ahead from every measured row that has a history."""
+    return predict_windows(model, trajectory, 1, "measured", stride=1)

@@ -132,7 +132,7 @@ def _alike(
 
 def _part_at_size(problems: Problems, first: Candidate, other: Candidate) -> bool:
     """Whether an effect of the expected size differs from every size of the other."""
-    library = problems.problem.library
+    library = problems.library
     scales = [float(library.scale[candidate.free[0]]) for candidate in (first, other)]
     sets = library.null.repeat(len(SIZES) + 2, 1)
     sets[1, first.free[0]] = scales[0]
@@ -148,7 +148,7 @@ def _smooth(
     smooth: Sequence[Candidate], problems: Problems, predictions: Predictions | None, needed: float, tried: int | None
 ) -> list[Visible]:
     """Rows of effects that act from zero on; where the noise was measured its blocks and logs, too, must tell them."""
-    library, free = problems.problem.library, tuple(slot for candidate in smooth for slot in candidate.free)
+    library, free = problems.library, tuple(slot for candidate in smooth for slot in candidate.free)
     places = {candidate.name: [free.index(slot) for slot in candidate.free] for candidate in smooth}
     (fit,) = problems.quadratics([Hypothesis(free, library.null)])
     information = fit.curvature.sum(0)
@@ -182,9 +182,9 @@ def _smooth_rows(candidate: Candidate, library: Library, seen: Tensor, mattering
 
 def _swinging(problems: Problems, predictions: Predictions | None, tried: int) -> list[Visible]:
     """Rows of a force that swings, which has to be found among all frequencies; one of them stands for those."""
-    library, rows = problems.problem.library, list[Visible]()
+    library, rows = problems.library, list[Visible]()
     swing, smallest = smallest_swings(problems, SETTINGS.false_alarms_of_each(tried))
-    swung = problems.problem.data if swing is None else swing.in_data(problems.problem.data)
+    swung = problems.data if swing is None else swing.in_data(problems.data)
     for candidate in (one for one in candidates(library, swung) if library.effects[one.name].searching.swings):
         sizes = torch.as_tensor(np.array([smallest[library.slots[slot].parameter.name] for slot in candidate.free]))
         mattering = torch.full_like(sizes, inf)
@@ -204,7 +204,7 @@ def _absorbs(information: Tensor, own: list[int], other: list[int]) -> bool:
 
 def _threshold_row(candidate: Candidate, problems: Problems, predictions: Predictions | None, needed: float) -> Visible:
     """The mildest sizes of an effect with a threshold that would be found, and that would matter."""
-    problem, library = problems.problem, problems.problem.library
+    problem, library = problems.problem, problems.library
     of = library.slots[candidate.free[0]]
     effect, slot = library.effects[of.effect], of.parameter
     smallest = matters = None

@@ -45,7 +45,7 @@ class Predictions:
     @classmethod
     def of(cls, problems: Problems, noise: SensorNoise | None) -> Predictions | None:
         """Of the logs of a problem, with noise of the sensors or that which the logs show; None of short logs."""
-        library, data = problems.problem.library, problems.problem.data
+        library, data = problems.library, problems.data
         horizons = judged_horizons(data, 0.0)
         windows = windows_of(data, round(max(horizons) / data.dt)) if horizons else None
         if windows is None:

@@ -51,20 +51,19 @@ class WindowErrors:
     units: Mapping[str, str]
 
 
-def window_errors(model: Equations | DynamicsModel, data: Logs, horizon: float = HORIZON) -> WindowErrors:
-    """Errors at the end of windows, with what a person would say of them.
+def window_errors(model: Equations | DynamicsModel, data: Logs) -> WindowErrors:
+    """Errors at the end of windows of 0.5 s, or the longest that the logs allow, with what a person would say of them.
 
     Args:
         model: predicts in float64, with the data's columns.
         data: logs.
-        horizon: length of the windows in s; the longest that the logs allow if that is shorter.
 
     Raises:
         ShapeError: when columns or time steps differ, or no log is long enough for a window.
     """
     predictor, dataset = prepared(model, long_enough(data, model))
     longest = max(len(trajectory) for trajectory in dataset) - ROWS
-    steps = max(1, min(round(horizon / dataset.dt), longest))
+    steps = max(1, min(round(HORIZON / dataset.dt), longest))
     layout, parts = dataset.layouts.state, []
     for index, trajectory in enumerate(dataset):
         if len(trajectory) < ROWS + steps:

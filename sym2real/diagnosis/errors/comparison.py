@@ -60,11 +60,11 @@ class Comparison:
     residuals: Residuals | None = None
 
     def at(self, horizon: float) -> HorizonErrors:
-        """Errors at the horizon nearest to ``horizon`` s."""
-        return min(self.horizons, key=lambda errors: abs(errors.horizon - horizon))
+        """Errors at the horizon nearest to ``horizon`` s; one step ahead where logs are too short for all."""
+        return min(self.horizons or (self.one_step,), key=lambda errors: abs(errors.horizon - horizon))
 
     def __repr__(self) -> str:
-        shown = self.at(JUDGED_AT) if self.horizons else self.one_step
+        shown = self.at(JUDGED_AT)
         errors = ", ".join(f"{name} {error.value:.3g} {error.unit}" for name, error in shown.errors.items())
         return f"<Comparison: {shown.horizon:.3g} s ahead {errors}>"
 

@@ -21,7 +21,7 @@ from torch import Tensor
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.segments import Segments, compared_components, segment_length
 from sym2real.diagnosis.data.start import ROWS, Start, start_states
-from sym2real.diagnosis.data.windows import channel_name, channel_units, predict_windows
+from sym2real.diagnosis.data.windows import channel_name, channel_units, one_step_windows, predict_windows
 from sym2real.diagnosis.errors.rungs import Stage, windows_of
 from sym2real.diagnosis.estimate.whitening import PIECES, Whitening, disturbances
 from sym2real.diagnosis.predict.library import Library
@@ -155,15 +155,11 @@ def floor_of_noise(
 
 
 def _no_larger_than_one_step(noise: SensorNoise, model: DynamicsModel, data: Dataset) -> SensorNoise:
-    layout, missed = data.layouts.state, []
-    for trajectory in (log for log in data if len(log) > ROWS):
-        windows = predict_windows(model, trajectory, 1, "measured", stride=1)
-        missed.append(layout.difference(windows.predicted[:, 0], windows.measured[:, 0]))
-    together = torch.cat(missed)
+    together = torch.cat([one_step_windows(model, log).missed for log in data if len(log) > ROWS])
     if len(together) < 2:  # a single window has no deviation
         return noise
     most = together.std(0).numpy()
-    return noise.with_deviation(tuple(range(layout.tangent_size)), np.minimum(noise.deviation, most))
+    return noise.with_deviation(tuple(range(data.layouts.state.tangent_size)), np.minimum(noise.deviation, most))
 
 
 def floor_of_explained(

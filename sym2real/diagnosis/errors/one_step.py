@@ -9,7 +9,7 @@ import numpy as np
 from sym2real import correlations
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.start import ROWS
-from sym2real.diagnosis.data.windows import UNIT_OF_KIND, channel_name, predict_windows
+from sym2real.diagnosis.data.windows import UNIT_OF_KIND, channel_name, one_step_windows
 from sym2real.diagnosis.errors.residuals import Following, Residual, Residuals
 from sym2real.effects.along_logs import prepared
 from sym2real.layout import Layout
@@ -34,11 +34,11 @@ def one_step_residuals(model: Equations | DynamicsModel, data: Dataset, constant
         ShapeError: when columns or time steps differ.
     """
     predictor, dataset = prepared(model, data)
-    layout, misses, sent = dataset.layouts.state, [], []
+    misses, sent = [], []
     for trajectory, as_sent in zip(dataset, data, strict=True):
         if len(trajectory) > ROWS + PIECE:
-            windows = predict_windows(predictor, trajectory, 1, "measured", stride=1)
-            misses.append(layout.difference(windows.measured[:, 0], windows.predicted[:, 0]).numpy())
+            windows = one_step_windows(predictor, trajectory)
+            misses.append(windows.missed.numpy())
             sent.append(as_sent.action[windows.rows])
     if not misses:
         return Residuals(dataset.dt, 0, 0, {})
@@ -50,7 +50,7 @@ def one_step_residuals(model: Equations | DynamicsModel, data: Dataset, constant
     }
     found = {
         name: residual_of(correlations.centred([rows[:, place] for rows in misses]), commands, lags, unit)
-        for place, (name, unit) in enumerate(tangent_units(layout).items())
+        for place, (name, unit) in enumerate(tangent_units(dataset.layouts.state).items())
     }
     components = {name: residual for name, residual in found.items() if residual is not None}
     return Residuals(dataset.dt, sum(map(len, misses)), lags, components)

@@ -8,8 +8,7 @@ cross-validation, R² > 0.15): a tree on the size of errors is weak evidence oth
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -18,6 +17,7 @@ from numpy.typing import NDArray
 from sym2real.dataset import Logs
 from sym2real.diagnosis.errors.by_window import WindowErrors, window_errors
 from sym2real.diagnosis.settings import SETTINGS
+from sym2real.json_objects import fields_of
 from sym2real.logs.conditions import Region, training_range
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations
@@ -73,7 +73,7 @@ class Segment:
 
     def to_dict(self) -> dict[str, Any]:
         """An entry of ``worst`` in what ``compare --json`` prints."""
-        return {**asdict(self), "unit": _unit(self.channel), "statement": self.statement}
+        return {**fields_of(self), "unit": _unit(self.channel), "statement": self.statement}
 
 
 def _unit(channel: str) -> str:
@@ -190,16 +190,15 @@ def _range_in_words(what: str, unit: str, ends: tuple[float, float], values: Arr
     return f"{what} between {low:.2g} and {high:.2g} {unit}"
 
 
-def worst_segments(errors: WindowErrors, channels: Sequence[str] = (), count: int = MOST) -> tuple[Segment, ...]:
+def worst_segments(errors: WindowErrors, count: int = MOST) -> tuple[Segment, ...]:
     """The windows whose errors stand out most from the noise of their channel, the worst first; none overlap.
 
     Args:
         errors: of all windows.
-        channels: that are looked at; all by default.
         count: most of them.
     """
-    chosen = list(channels or errors.errors)
-    ratios = np.stack([errors.errors[channel] / errors.floor[channel] for channel in chosen])  # (channels, windows)
+    chosen = list(errors.errors)
+    ratios = np.stack([errors.errors[name] / errors.floor[name] for name in chosen])  # (channels, windows)
     segments, taken = list[Segment](), list[tuple[int, float, float]]()
     for place in np.argsort(-ratios, axis=None):
         channel, index = chosen[place // ratios.shape[1]], int(place % ratios.shape[1])

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.data.segments import WARM_UP, Segments, segments_at
+from sym2real.diagnosis.data.segments import WARM_UP, Segments, number_in_log, segments_at
 from sym2real.diagnosis.data.start import ROWS
 from sym2real.diagnosis.data.windows import channel_units, finite_errors, horizons_in_rows, judged, stride_of
 from sym2real.diagnosis.predict.library import Library
@@ -173,8 +173,7 @@ def error_of(values: Array, log: NDArray[np.int64], unit: str, block: int = SHOR
         unit: of the errors.
         block: windows in one: windows that overlap share errors, so none is shorter than a window.
     """
-    number = np.arange(len(log)) - np.searchsorted(log, log)
-    blocks = np.unique(log * len(log) + number // block, return_inverse=True)[1]
+    blocks = np.unique(log * len(log) + number_in_log(log) // block, return_inverse=True)[1]
     sums = np.bincount(blocks, values**2)
     counts = np.bincount(blocks).astype(float)
     draws = np.random.default_rng(0).integers(0, len(sums), (RESAMPLES, len(sums)))

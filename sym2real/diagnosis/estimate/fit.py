@@ -18,6 +18,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.segments import blocks_of, folds_of, summed
 from sym2real.diagnosis.estimate.quadratic import Fit, Free, Hypothesis, solve
 from sym2real.diagnosis.estimate.whitening import Spread, Whitening, free_start
@@ -80,6 +81,16 @@ class Problems:
         """With one fold per log and blocks of 1.5 s."""
         segments = problem.segments
         return cls(problem, whitening, folds_of(segments), blocks_of(segments, problem.data.dt), nuisance, spread)
+
+    @property
+    def library(self) -> Library:
+        """Of the problem."""
+        return self.problem.library
+
+    @property
+    def data(self) -> Dataset:
+        """Logs of the problem."""
+        return self.problem.data
 
     @property
     def block_count(self) -> int:
@@ -152,7 +163,7 @@ class Problems:
     def moved(self, fit: Fit, step: Tensor) -> Tensor:
         """Parameter set after a step ``# (A,)`` in units of scale, within bounds; what the data do not tell stays."""
         values, slots, (low, high) = fit.values.clone(), list(fit.whole), self._bounds(fit)
-        moved = values[slots] + step * self.identifiable(fit) * self.problem.library.scale[slots]
+        moved = values[slots] + step * self.identifiable(fit) * self.library.scale[slots]
         values[slots] = torch.minimum(torch.maximum(moved, low), high)
         return values
 
@@ -162,12 +173,12 @@ class Problems:
         A car that never moves sideways has no drag along that axis.
         """
         low, high = self._bounds(fit)
-        widths = (high - low) / self.problem.library.scale[list(fit.whole)]
+        widths = (high - low) / self.library.scale[list(fit.whole)]
         return fit.curvature.sum(0).diagonal() * widths.square() >= 1.0
 
     def _bounds(self, fit: Fit) -> tuple[Tensor, Tensor]:
         """Of all that is free in a fit ``# (A,)`` each."""
-        low, high = (bound[list(fit.whole)] for bound in self.problem.library.bounds)
+        low, high = (bound[list(fit.whole)] for bound in self.library.bounds)
         for place, slot in enumerate(fit.held, len(fit.free)):
             number = self.nuisance.free.index(slot)
             low[place], high[place] = self.nuisance.low[number], self.nuisance.high[number]
@@ -216,7 +227,7 @@ class Problems:
         """The step, cut where it leaves the bounds."""
         low, high = self._bounds(fit)
         slots = list(fit.whole)
-        values, unit = fit.values[slots], self.problem.library.scale[slots]
+        values, unit = fit.values[slots], self.library.scale[slots]
         return torch.minimum(torch.maximum(step, (low - values) / unit), (high - values) / unit)
 
     def best_step(self, fit: Fit) -> Tensor:

@@ -80,7 +80,7 @@ def improved(problems: Problems, free: Free, values: Tensor, centre: Tensor, ste
         fit = problems.quadratics([Hypothesis(free, values)], with_nuisance=False)[0]
         step = _bounded_step(problems, fit, centre)
         trials = torch.stack([values, *(problems.moved(fit, step * part) for part in LINE_SEARCH)])
-        away = (trials[:, slots] - centre[slots]) / problems.problem.library.scale[slots]
+        away = (trials[:, slots] - centre[slots]) / problems.library.scale[slots]
         losses = torch.cat([fit.loss.sum()[None], problems.totals(trials[1:])]) + PRIOR * away.square().sum(1)
         best = int(losses.argmin())
         values = trials[best]
@@ -91,7 +91,7 @@ def improved(problems: Problems, free: Free, values: Tensor, centre: Tensor, ste
 
 def _bounded_step(problems: Problems, fit: Fit, centre: Tensor) -> Tensor:
     """Minimum of the quadratic model and the prior within bounds, as a step in units of scale ``# (A,)``."""
-    library, slots = problems.problem.library, list(fit.free)
+    library, slots = problems.library, list(fit.free)
     values, unit = fit.values[slots], library.scale[slots]
     curvature = fit.curvature.sum(0).numpy() + PRIOR * np.eye(len(slots))
     gradient = fit.gradient.sum(0).numpy() + PRIOR * ((values - centre[slots]) / unit).numpy()

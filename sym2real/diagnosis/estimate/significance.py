@@ -118,7 +118,7 @@ class Distance:
         known, without = fit.values[slots], origin[slots]
         pairs = zip(candidate.free, known.tolist(), without.tolist(), strict=True)
         neutral = torch.tensor([problems.nuisance.nearest(*pair) for pair in pairs], dtype=torch.float64)
-        away = (known - neutral) / problems.problem.library.scale[slots]
+        away = (known - neutral) / problems.library.scale[slots]
         return cls(away, places, fit.gradient, fit.curvature)
 
     @classmethod

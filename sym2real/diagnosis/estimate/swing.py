@@ -193,7 +193,7 @@ def smallest_swings(problems: Problems, chance: float) -> tuple[Swing | None, di
 def _forces(problems: Problems) -> list[str]:
     """Inputs that may swing; none in logs too short to tell, or to hold a frequency."""
     enough = problems.block_count >= SETTINGS.fewest_pieces and len(_frequencies(problems.problem)[0]) > 0
-    return [name for name in FORCES if enough and uses(problems.problem.library.equations, name)]
+    return [name for name in FORCES if enough and uses(problems.library.equations, name)]
 
 
 def _rows(problems: Problems, values: Tensor, names: list[str]) -> _Rows:

@@ -167,7 +167,7 @@ def calibrate_base(prepared: Prepared) -> Prepared:
     """Effects counted from what the base itself gets wrong about the plain simulator, where there is one."""
     if prepared.flown is None:
         return prepared
-    searched = prepared.problems.problem.library
+    searched = prepared.problems.library
     own = calibrated(searched, prepared.tried, prepared.flown, prepared.whitening)
     problems = replace(prepared.problems, nuisance=nuisance_of(searched, own.origin))
     return replace(prepared, problems=problems, origin=own.origin, calibration=own)

@@ -15,7 +15,7 @@ from sym2real.symbolic import Equations
 
 @dataclass(frozen=True)
 class Fault:
-    """Something wrong with the data.
+    """Something wrong with the data: an entry of ``faults`` in docs/method.md, "Answers as files".
 
     Args:
         effect: key of the measurement effect that describes it; "" where none does.
@@ -43,10 +43,6 @@ class Fault:
     def sentence(self) -> str:
         """With the key of the effect that describes it."""
         return f"{self.effect}: {self.evidence}" if self.effect else self.evidence
-
-    def to_dict(self) -> dict[str, str | float | bool | None]:
-        """The entry of ``faults`` in docs/method.md, "Answers as files"."""
-        return dict(vars(self))
 
 
 @dataclass(frozen=True)

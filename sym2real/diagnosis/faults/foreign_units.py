@@ -124,7 +124,7 @@ class Steps:
             torch.as_tensor(np.concatenate([getattr(log, k) for log in data])) for k in ("state", "inputs")
         )
         self._now, self._later = state[self._rows], state[self._rows + 1]
-        self._given = inputs[self._rows] if inputs.shape[-1] else None
+        self._given = inputs[self._rows]
         self._changed = self._state.difference(self._later, self._now).square().mean(0)
 
     @classmethod
@@ -179,8 +179,7 @@ class Steps:
         by[..., self._action.indices(columns)] = torch.as_tensor(factors, dtype=torch.float64)[:, None, None]
         logs = [filter_commands(self.model, torch.as_tensor(log.action) / by, dt=self.data.dt) for log in self.data]
         sent = torch.cat(logs, dim=1)[:, self._rows]
-        given = None if self._given is None else self._given.expand(len(by), -1, -1)
-        after = self._predict(self._now.expand(len(by), -1, -1), sent, given)
+        after = self._predict(self._now.expand(len(by), -1, -1), sent, self._given.expand(len(by), -1, -1))
         error = self._state.difference(self._later.expand_as(after), after).square().mean(1)
         return (error / self._changed)[:, self._changed > 0].nan_to_num(nan=inf, posinf=inf)
 

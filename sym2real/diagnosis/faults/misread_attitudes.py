@@ -23,10 +23,10 @@ from sym2real.logs.agreement import RATES, off_the_way, points_along, rate_agree
 from sym2real.logs.course import between, courses, decides, headings, together
 from sym2real.logs.derive import counted_angles
 from sym2real.logs.pose import attitude, with_angles
-from sym2real.logs.sources import ANGLES, AsRead
+from sym2real.logs.sources import AsRead
 from sym2real.logs.units import UNITS
 from sym2real.trajectory import Trajectory
-from sym2real.vocabulary import ATTITUDE, HEADING, POSITION
+from sym2real.vocabulary import ATTITUDE, EULER_ANGLES, HEADING, POSITION
 
 COMMANDED = "_cmd"
 QUATERNION, SINE_COSINE = ATTITUDE.columns, HEADING.columns
@@ -59,9 +59,9 @@ class OfAttitude(Exchanged):
         """With every angle in its own place."""
         attitude = np.stack([log.column(name) for name in self.quaternion], axis=1)
         angles = rotation.to_euler(torch.as_tensor(attitude)).clone()
-        first, places = angles.clone(), [ANGLES.index(own.removesuffix(COMMANDED)) for own in self.columns]
+        first, places = angles.clone(), [EULER_ANGLES.index(own.removesuffix(COMMANDED)) for own in self.columns]
         for place, source, sign in zip(places, self.sources, self.signs, strict=True):
-            angles[:, ANGLES.index(source.removesuffix(COMMANDED))] = sign * first[:, place]
+            angles[:, EULER_ANGLES.index(source.removesuffix(COMMANDED))] = sign * first[:, place]
         return with_angles(log, angles.numpy(), self.quaternion)
 
 
@@ -140,7 +140,7 @@ def _pushed_as_turned(data: Dataset) -> bool:
 
 
 def _unit(unit: str, read: AsRead) -> str:
-    if own := read.logged(ANGLES) if read.sources else ():
+    if own := read.logged(EULER_ANGLES) if read.sources else ():
         return f'say unit = "{unit}" of {" ".join(read.columns(own))} in a specification of the log'
     return f"make {' '.join(read.columns((*QUATERNION, *SINE_COSINE)))} of angles in rad"
 

@@ -61,8 +61,7 @@ def _caused(predict: VisibleModel, log: Trajectory, order: tuple[int, ...]) -> A
     sent[:, place] = sent[:, place][:, list(order)]
     alike[:, place] = alike[:, place].mean()
     state, inputs = torch.as_tensor(log.state), torch.as_tensor(log.inputs)
-    given = inputs if inputs.shape[-1] else None
-    apart = predict(state, sent, given) - predict(state, alike, given)
+    apart = predict(state, sent, inputs) - predict(state, alike, inputs)
     return apart[:, rates].numpy() / log.dt
 
 
@@ -133,7 +132,7 @@ def spin_said(model: Equations, data: Dataset) -> tuple[str, str]:
     more = sent.clone()
     more[:, place] += STEP * torch.eye(4, dtype=torch.float64)
     predict, state = visible_in_double(at_period(model, data.dt)), torch.as_tensor(log.state[row]).repeat(4, 1)
-    inputs = torch.as_tensor(log.inputs[row]).repeat(4, 1) if log.inputs.shape[1] else None
+    inputs = torch.as_tensor(log.inputs[row]).repeat(4, 1)
     apart = predict(state, more, inputs) - predict(state, sent, inputs)
     spin = apart[:, log.layouts.state.index(RATE.columns[2])].sign()
     signs = " ".join(f"{-sign:.0f}" for sign in spin.tolist())

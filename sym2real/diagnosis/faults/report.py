@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from sym2real.diagnosis.faults.fault import Fault
 from sym2real.diagnosis.faults.sanity import check, slow_said
 from sym2real.diagnosis.faults.variation import Excitation, exact, exactness, excitation
 from sym2real.diagnosis.settings import SETTINGS
+from sym2real.json_objects import fields_of
 from sym2real.logs.agreement import Agreement, agreements
 from sym2real.symbolic import Equations
 
@@ -80,7 +81,7 @@ class DataReport:
 
     def to_dict(self) -> dict[str, Any]:
         """The object ``data`` that ``compare --json`` prints."""
-        return {**asdict(self), "feedback": bool(self.following)}
+        return {**fields_of(self), "feedback": bool(self.following)}
 
 
 def data_report(data: Logs, model: Equations | None = None) -> DataReport:

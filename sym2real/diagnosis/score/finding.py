@@ -99,7 +99,7 @@ def findings(
         groups: by name of a candidate, effects that the data cannot tell from it.
         own: the base against the plain simulator, if there is one.
     """
-    library, problems = selection.problems.problem.library, selection.problems
+    library, problems = selection.problems.library, selection.problems
     provisional = problems.block_count < SETTINGS.fewest_pieces
     probabilities = {} if near is None else near.probabilities()
     fit = cleaned(problems, selection.fit, own)

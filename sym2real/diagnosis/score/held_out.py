@@ -9,7 +9,7 @@ measured 2° off takes half off the one error and 9.6 % off the other.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -25,6 +25,7 @@ from sym2real.diagnosis.score.importance import by_importance
 from sym2real.diagnosis.search.needed import fold_of_log, judged_horizons, left_out_sets, scored_after
 from sym2real.diagnosis.search.select import Selection, parameter_set
 from sym2real.diagnosis.settings import SETTINGS
+from sym2real.json_objects import fields_of, plain
 
 
 @dataclass(frozen=True)
@@ -99,8 +100,8 @@ class Gate:
         return {
             "passed": self.passed,
             "beats_hold": self.beats_hold,
-            "best": asdict(self.best),
-            "worse": [asdict(fall) for fall in self.worse],
+            "best": fields_of(self.best),
+            "worse": plain(self.worse),
             "before": self.before.to_dict()["horizons"],
             "after": self.after.to_dict()["horizons"],
         }

@@ -76,7 +76,7 @@ def none_within(near: Near, candidate: Candidate) -> bool:
 
 
 def _parameter(selection: Selection, index: int) -> Parameter:
-    return selection.problems.problem.library.slots[index].parameter
+    return selection.problems.library.slots[index].parameter
 
 
 def _around(

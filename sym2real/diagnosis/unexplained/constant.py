@@ -125,7 +125,7 @@ def find_differing(
     problems, found = selection.problems, list[Leftover]()
     if problems.log_count < SETTINGS.fewest_logs:
         return ()
-    segments, data = problems.problem.segments, problems.problem.data
+    segments, data = problems.problem.segments, problems.data
     constants = Constants.of(problems.problem, spread, problems.whitening, selection.fit.values)
     chances, shares, sizes = _by_log(constants, segments)
     of_base = np.zeros(len(constants.names))

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import torch
@@ -32,7 +31,7 @@ LOG = "log"
 
 @dataclass(frozen=True)
 class Leftover:
-    """A disturbance that depends on something, or is the same everywhere.
+    """A disturbance that depends on something, or is the same everywhere: an entry of ``leftovers`` in docs/method.md.
 
     Args:
         explained_by: the feature it depends on most, "constant", "log" where each has its own, or "misfit" where no
@@ -84,10 +83,6 @@ class Leftover:
         much = f"R² {self.r2:.2f}" if self.unseen else f"{100 * self.r2:.0f} % of the squares"
         small = f", and {100 * (self.motion or 0.0):.1g} % of the motion: too small to matter"
         return much if self.matters else much + small
-
-    def to_dict(self) -> dict[str, Any]:
-        """The entry of ``leftover`` in docs/method.md, "Answers as files"."""
-        return dict(vars(self))
 
 
 @dataclass(frozen=True, eq=False)

@@ -45,10 +45,6 @@ class Term:
     expression: str
     gain: float
 
-    def apply(self, equations: Equations) -> Equations:
-        """The equations with the term in them."""
-        return add_term(equations, self.channel, self.expression)
-
 
 def propose(informed: Equations, data: Dataset, rest: Rest, leftover: Leftover, whitening: Whitening) -> Term | None:
     """The term that explains most of what is left in a channel; None where none saves as much as an

@@ -108,15 +108,15 @@ def planning_with_mujoco(effort: Effort) -> Make:
 class MujocoModel:
     """Rolls actions out from the plant's present physics state, not from the measured state that it is given.
 
-    Forces that act now are held over the horizon: exact for a steady wind.
+    Forces that act now are held over the horizon: exact for a steady wind. Physics steps are the plant's own, or fewer
+    where that changes nothing.
 
     Args:
         plant: the plant that the controller flies; it must have no command filters.
-        substeps: physics steps per control period; by default the plant's own, or fewer where that changes nothing.
     """
 
-    def __init__(self, plant: MujocoPlant, substeps: int | None = None) -> None:
-        self.plant, self.substeps = plant, substeps or plant.robot.description.coarse_substeps or None
+    def __init__(self, plant: MujocoPlant) -> None:
+        self.plant, self.substeps = plant, plant.robot.description.coarse_substeps or None
         self._pushed = plant.inputs.any() or any(change.force for change in plant.changes)
 
     def __call__(self, state: Tensor, action: Tensor, inputs: Tensor | None = None) -> Tensor:

@@ -18,11 +18,11 @@ from sym2real.logs.assignment import assign
 from sym2real.logs.derive import in_force
 from sym2real.logs.names import read_name
 from sym2real.trajectory import Array
+from sym2real.vocabulary import EULER_ANGLES
 
 TIME = "t"  # name of the column of stamps, s since the first message
 # Up to so many periods between messages are a short hole, as between rows of a file (docs/specification.md).
 SILENCE = 3.5
-ANGLES = frozenset({"roll", "pitch", "yaw"})
 ROUNDING = 0.1  # rad; headings are logged up to a full turn, and a little more after rounding
 
 
@@ -152,7 +152,7 @@ def _without_jumps(columns: Mapping[str, Array], said: Said) -> dict[str, Array]
     known = {part for parts in quaternions.values() for part in parts}
     for name, values in columns.items():
         named = None if name in known else read_name(name)
-        if name in said.angles or (named is not None and named.quantity in ANGLES):
+        if name in said.angles or (named is not None and named.quantity in EULER_ANGLES):
             there = ~np.isnan(values)  # past an empty cell NumPy unwraps nothing
             span = values[there].max(initial=-np.inf) - values[there].min(initial=np.inf)
             turn = 2 * np.pi if span <= 2 * np.pi + ROUNDING else 360.0

@@ -52,8 +52,7 @@ def _along(comparison: Comparison, observed: Observed) -> list[Chart]:
 def _path(comparison: Comparison, observed: Observed, times: list[Array]) -> Chart:
     """The path from above in classes of excess error, which switches move."""
     starts = observed.starts
-    floor = min(comparison.horizons or (comparison.one_step,), key=lambda at: abs(at.horizon - observed.ahead))
-    lowest = np.nan_to_num(floor.errors["position"].floor)
+    lowest = np.nan_to_num(comparison.at(observed.ahead).errors["position"].floor)
     excess = np.sqrt(np.maximum(np.square(observed.by_window["position"]) - lowest**2, 0.0))
     ends = [part * float(np.nanquantile(excess[0], 0.95)) for part in CLASSES]
     places = np.where(np.isnan(excess), -1, np.digitize(excess, ends))  # (B, W)

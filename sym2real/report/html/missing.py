@@ -1,21 +1,19 @@
 """What is missing? Every effect with its probability, values and intervals, what replaces it, what decides."""
 
 from sym2real.diagnosis import Diagnosis, Finding
-from sym2real.effects import effect
-from sym2real.report.diagnosis import fault_lines, known_of
+from sym2real.effects import EFFECTS
+from sym2real.report.diagnosis import TOO_FEW, fault_lines, interval_said, known_of
 from sym2real.report.html.page import Card, Cards, Lines, Part, Section
 from sym2real.report.html.sentences import plain, sentence
-from sym2real.report.tables import number
-from sym2real.symbolic import Equations
 
 QUESTION = "What is missing?"
 
 
-def missing(base: Equations, found: Diagnosis) -> Section:
-    """Section of what was found in a base's logs."""
+def missing(found: Diagnosis) -> Section:
+    """Section of what was found."""
     parts: list[Part] = []
     if found.findings:
-        parts.append(Cards("Effects that the model lacks", [_card(base, finding) for finding in found.findings]))
+        parts.append(Cards("Effects that the model lacks", [_card(finding) for finding in found.findings]))
     else:
         parts.append(Lines("", ["No effect was found that the model lacks."]))
     if found.faults:
@@ -24,13 +22,12 @@ def missing(base: Equations, found: Diagnosis) -> Section:
     return Section("missing", QUESTION, parts)
 
 
-def _card(base: Equations, finding: Finding) -> Card:
+def _card(finding: Finding) -> Card:
     facts = [("removes", f"{100 * finding.share:.0f} % of the squared error beyond noise")]
     if finding.provisional:
-        facts.append(("provisional", "too few independent pieces of data for a test"))
+        facts.append(("provisional", TOO_FEW))
     for name, estimate in finding.parameters.items():
-        spread = finding.log_spread.get(name)
-        scatter = "" if spread is None else f"; logs one by one ± {number(spread, 2)}"
-        facts.append((name, f"{estimate.said} (95 %: {number(estimate.low)} … {number(estimate.high)}{scatter})"))
-    about = effect(finding.effect, finding.bound(base)).of.summary
+        interval = interval_said(finding, name)
+        facts.append((name, f"{estimate.said} ({interval})" if interval else estimate.said))
+    about = EFFECTS[finding.effect.partition(":")[0]].summary
     return Card(finding.effect, about, [*facts, *known_of(finding)], finding.share)

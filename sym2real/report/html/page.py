@@ -70,7 +70,7 @@ class Formula:
 
 @dataclass(frozen=True)
 class Formulas:
-    """Equations; folded away unless ``open``."""
+    """Equations; folded away where ``folded``."""
 
     title: str
     formulas: Sequence[Formula]

@@ -43,21 +43,21 @@ def comparison_page(model: Predicting, data: Dataset, comparison: Comparison, ti
     return model_page(Given((model,)), data, title, comparison)
 
 
-def diagnosis_page(base: Equations, data: Dataset, found: Diagnosis, title: str) -> Page:
+def diagnosis_page(base: Equations, logs: Dataset, found: Diagnosis, title: str) -> Page:
     """All five questions.
 
     Args:
         base: the model that was diagnosed.
-        data: logs, the faults that were found undone.
+        logs: those of the diagnosis; the faults that it found are undone again.
         found: the diagnosis.
         title: of the page.
     """
     variants = WithFindings(base, found.findings) if found.findings else Given((base,))
+    data = check(base, logs).data
     comparison = compare(base, data)
     if found.where:
         comparison = replace(comparison, where=found.where)
-    lacks = missing(base, found)
-    return model_page(variants, data, title, comparison, found.summary, added=_scored(found), lacks=lacks, found=found)
+    return model_page(variants, data, title, comparison, found.summary, added=_scored(found), found=found)
 
 
 def adaptation_page(adaptation: Adaptation, title: str) -> Page:
@@ -81,7 +81,6 @@ def model_page(
     summary: str = "",
     *,
     added: Sequence[Part] | None = None,
-    lacks: Section | None = None,
     found: Diagnosis | None = None,
 ) -> Page:
     """A model on logs and, where there is one, what it has become.
@@ -92,16 +91,14 @@ def model_page(
         title: of the page.
         comparison: of the model that is given.
         summary: of the page; the comparison's by default.
-        lacks: section of what is missing.
         added: what stands ahead of the curves where something was added; None where nothing was to be.
         found: its diagnosis, if there is one.
     """
     observed = observe(variants, data, comparison.start)
     drawn, good, facts = curves(observed), accuracy(comparison, observed), _facts(data)
     sections = [good if added is not None else replace(good, parts=(*good.parts, drawn)), failing(comparison, observed)]
-    if lacks is not None:
-        sections.append(lacks)
     if found is not None:
+        sections.append(missing(found))
         facts += [("hypotheses", str(found.tried)), ("time taken", f"{found.seconds:.0f} s")]
     if added is not None:
         equations = formulas(variants.base, variants.findings) if isinstance(variants, WithFindings) else []
@@ -123,12 +120,11 @@ def write_diagnosis_page(found: Diagnosis, base: Equations, logs: Logs, file: st
     Args:
         found: the diagnosis.
         base: the model that was diagnosed.
-        logs: those of the diagnosis; the faults that it found are undone again.
+        logs: those of the diagnosis.
         file: what to write.
     """
-    data = long_enough(logs, base)
-    title = f"{base.robot or 'model'}, diagnosed"
-    return write_page(diagnosis_page(base, check(base, data).data, found, title), Path(file))
+    page = diagnosis_page(base, long_enough(logs, base), found, f"{base.robot or 'model'}, diagnosed")
+    return write_page(page, Path(file))
 
 
 def _scored(found: Diagnosis) -> list[Part]:
@@ -150,6 +146,6 @@ def _facts(data: Dataset) -> list[tuple[str, str]]:
 
 
 def _said(comparison: Comparison) -> str:
-    errors = comparison.at(JUDGED_AT) if comparison.horizons else comparison.one_step
+    errors = comparison.at(JUDGED_AT)
     name, first = next(iter(errors.errors.items()))
     return f"{errors.horizon:.3g} s ahead the model's {name} is {first.value:.2g} {first.unit} off (root mean square)."

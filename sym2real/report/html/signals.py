@@ -7,8 +7,7 @@ from sym2real import rotation
 from sym2real.field import Field
 from sym2real.layout import Layout
 from sym2real.trajectory import Array
-
-EULER = ("roll", "pitch", "yaw")
+from sym2real.vocabulary import EULER_ANGLES
 
 
 def signal_units(layout: Layout) -> dict[str, str]:
@@ -18,7 +17,7 @@ def signal_units(layout: Layout) -> dict[str, str]:
 
 def _units(field: Field) -> dict[str, str]:
     if field.kind == "quaternion":
-        return dict.fromkeys(EULER, "rad")
+        return dict.fromkeys(EULER_ANGLES, "rad")
     if field.kind == "circle":
         return {"yaw": "rad"}
     return dict.fromkeys(field.columns, field.unit)
@@ -45,7 +44,7 @@ def unwrapped(layout: Layout, measured: Array, predicted: Array) -> tuple[Array,
         measured: signals ``# (rows, signals)``.
         predicted: signals of the same rows ``# (..., rows, signals)``.
     """
-    turning = [place for place, name in enumerate(signal_units(layout)) if name in EULER]
+    turning = [place for place, name in enumerate(signal_units(layout)) if name in EULER_ANGLES]
     measured, predicted = measured.copy(), predicted.copy()
     away = predicted[..., turning] - measured[:, turning]
     measured[:, turning] = np.unwrap(measured[:, turning], axis=0)

@@ -116,7 +116,7 @@ class Balances:
         lengths, layout = [len(log) - 1 for log in known], known.layouts.state
         cut = [_stretches(np.concatenate(parts), lengths, rows) for parts in zip(*steps, strict=True)]
         now, then, sent, inputs = (torch.as_tensor(stretches) for stretches, _ in cut)
-        later = self._predict.after_each(now, sent, inputs if inputs.shape[-1] else None)
+        later = self._predict.after_each(now, sent, inputs)
         counts = cut[0][1]
         measured, predicted = (_summed(layout.difference(end, now).numpy(), counts) for end in (then, later))
         quantities = _quantities(data.layouts.state)

@@ -21,9 +21,8 @@ from sym2real.diagnosis.settings import SETTINGS
 from sym2real.layout import Layout, motors_of
 from sym2real.logs.agreement import RATES, VELOCITIES
 from sym2real.logs.course import between, courses, headings
-from sym2real.logs.sources import ANGLES
 from sym2real.trajectory import Array
-from sym2real.vocabulary import ATTITUDE, HEADING, POSITION, RATE_COMMAND
+from sym2real.vocabulary import ATTITUDE, EULER_ANGLES, HEADING, POSITION, RATE_COMMAND
 
 TILTED = ("level velocity", "attitude about x", "attitude about y")  # what roll and pitch change
 SHIFTS = range(2, SHIFTED + 1)  # rows; honest sensors are up to one behind, and none reports what is still to come
@@ -105,7 +104,7 @@ def _of_attitudes(data: Dataset, balance: Balance) -> Iterator[OfAttitude]:
     for ending in ("", COMMANDED):
         quaternion = tuple(f"{name}{ending}" for name in ATTITUDE.columns)
         if present(data, quaternion) == quaternion:
-            for one in _orders((tuple(f"{angle}{ending}" for angle in ANGLES[:2]),)):
+            for one in _orders((tuple(f"{angle}{ending}" for angle in EULER_ANGLES[:2]),)):
                 yield OfAttitude(one.columns, one.sources, one.signs, quaternion)
 
 

@@ -16,7 +16,7 @@ import torch
 from scipy.interpolate import make_smoothing_spline
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.data.windows import predict_windows
+from sym2real.diagnosis.data.windows import one_step_windows
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects.along_logs import prepared
 from sym2real.symbolic import Equations
@@ -70,7 +70,6 @@ def _smooth(log: Trajectory, parts: int) -> Trajectory:
 def step_likelihood(model: Equations, data: Dataset) -> float:
     """Of the errors over a row, each component with a variance of its own."""
     predict, logs = prepared(model, data)
-    windows = [predict_windows(predict, log, 1, "measured", stride=1) for log in logs]
-    errors = [part.layout.difference(part.measured[:, 0], part.predicted[:, 0]) for part in windows]
+    errors = [one_step_windows(predict, log).missed for log in logs]
     squares = torch.cat(errors).square().mean(0).clamp(min=1e-300)
     return -0.5 * sum(map(len, errors)) * float(squares.log().sum())

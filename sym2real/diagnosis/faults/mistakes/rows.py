@@ -23,9 +23,8 @@ from sym2real.diagnosis.settings import SETTINGS
 from sym2real.field import Field
 from sym2real.logs.noise import MAD_TO_SIGMA
 from sym2real.logs.sources import AsRead
+from sym2real.logs.standing import Rows, stretches
 from sym2real.trajectory import Array, Trajectory
-
-Rows = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,7 +138,7 @@ def _standing(data: Dataset) -> BadRows | None:
 def _long_runs(rows: Rows) -> Rows:
     """Those that follow each other for longer than a value that jumped is away."""
     long = np.zeros(len(rows), dtype=bool)
-    for first, last in _runs(rows):
+    for first, last in stretches(rows):
         long[first:last] = last - first > SETTINGS.jump_rows
     return long
 
@@ -197,14 +196,8 @@ def _excursions(change: Array, jumps: NDArray[np.int64], *, stays: bool) -> tupl
     return rows, tuple(cuts)
 
 
-def _runs(rows: Rows) -> list[tuple[int, int]]:
-    """First row of each run, and the one behind it."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], rows, [False]]).astype(int)))
-    return [(int(first), int(end)) for first, end in edges.reshape(-1, 2)]
-
-
 def _mended(log: Trajectory, columns: Sequence[str], rows: Rows, cuts: Sequence[int]) -> list[Trajectory]:
-    long = [(a, b) for a, b in _runs(rows) if b - a > SETTINGS.bridged_rows or a == 0 or b == len(rows)]
+    long = [(a, b) for a, b in stretches(rows) if b - a > SETTINGS.bridged_rows or a == 0 or b == len(rows)]
     good = np.flatnonzero(~rows)
     if not len(good):
         return []

@@ -18,23 +18,26 @@ WHEELBASE, LAG, FINE = 0.26, 0.06, 1e-3
 BASE = car(WHEELBASE, time_constant=0.1, mass=3.0, dt=0.02)
 
 
-def driven(seed: int, *, slip: float = 0.0, sign: float = 1.0, square: bool = False, rows: int = 600) -> Trajectory:
+def driven(
+    seed: int, *, slip: float = 0.0, sign: float = 1.0, square: bool = False, rows: int = 600, late: float = 0.0
+) -> Trajectory:
     """The yaw rate follows the steering in 60 ms; the rear axle slips aside by so many rad s²/m of u ω.
 
     Args:
         sign: of the steering angle in the log.
         square: left and right in turn, at the limit.
+        late: how old place and heading are, in s.
     """
     rng, every = np.random.default_rng(seed), round(BASE.dt / FINE)
     x = y = yaw = speed = turn = 0.0
-    states, told = [], []
+    states, told, poses = [], [], [(x, y, yaw)] * (round(late / FINE) + 1)
     for row in range(rows):
         if row % 30 == 0:
             steer = 0.4 * (-1.0) ** (row // 30) if square else rng.uniform(-0.35, 0.35)
         if row % 75 == 0:
             wanted = rng.uniform(0.5, 2.0)
         aside = yaw - slip * speed * turn
-        states.append([x, y, yaw, speed * np.cos(aside), speed * np.sin(aside), turn])
+        states.append([*poses[-1 - round(late / FINE)], speed * np.cos(aside), speed * np.sin(aside), turn])
         told.append([sign * steer, wanted])
         for _ in range(every):
             speed += FINE / 0.1 * (wanted - speed)
@@ -42,6 +45,7 @@ def driven(seed: int, *, slip: float = 0.0, sign: float = 1.0, square: bool = Fa
             yaw += FINE * turn
             aside = yaw - slip * speed * turn
             x, y = x + FINE * speed * np.cos(aside), y + FINE * speed * np.sin(aside)
+            poses.append((x, y, yaw))
     noisy = np.array(states) + rng.normal(size=(rows, 6)) * [0.002, 0.002, 0.009, 0.03, 0.03, 0.02]
     turned = [np.sin(noisy[:, 2]), np.cos(noisy[:, 2])]
     state = np.column_stack([noisy[:, :2], *turned, noisy[:, 3:]])
@@ -65,3 +69,11 @@ def test_a_reversed_angle_is_not_one_of_another_turn(square: bool) -> None:
     checked = check(BASE, Dataset(driven(seed, sign=-1.0, square=square) for seed in range(3)))
     (fault,) = checked.faults
     assert fault.evidence.startswith("steer with the wrong sign")
+
+
+@pytest.mark.parametrize("rows", [2.5, 3.0, 4.5])
+def test_a_late_pose_is_late_by_parts_of_a_row(rows: float) -> None:
+    """In whole rows the rest would be a delay of commands and an arm."""
+    checked = check(BASE, Dataset(driven(seed, late=rows * BASE.dt) for seed in range(4)))
+    (fault,) = checked.faults
+    assert fault.evidence.startswith(f"pose {rows:g} rows late (sin_yaw cos_yaw x y by {1e3 * rows * BASE.dt:.0f} ms)")

@@ -117,22 +117,28 @@ def readings(data: Dataset, honest: float = 1.0) -> tuple[Reading, ...]:
     Args:
         honest: rows that a sensor may be late: differences are by half of one, filters by one.
     """
-    layout, readings = data.layouts.state, list[Reading | None]()
+    readings = list[Reading | None]()
     logs = [log for log in data if len(log) > ROWS]
     if not logs:
         return ()
-    turns = layout.has_field("attitude") or layout.has_field("heading")
-    of = {rate: "attitude" for rate in RATES if turns and rate in layout}
-    made = made_of_wheel(data)
-    pairs = of | {rate: coordinate for coordinate, rate in layout.rates.items() if rate not in made}
-    for column, other in pairs.items():
-        told = [(log.time, log.column(column), _change(log, column, other)) for log in logs]
-        readings.append(_reading(told, column, other, honest))
-    if made:
-        told = [(log.time, along(log), way(log)) for log in logs]
-        found = _reading(told, AsRead(logs[0].sources).column(made[0]), PATH, honest)
-        readings.append(found and OfWheel(**vars(found)))
+    for column, other in rates_of(data).items():
+        if other == PATH:
+            told = [(log.time, along(log), way(log)) for log in logs]
+            found = _reading(told, AsRead(logs[0].sources).column(column), PATH, honest)
+            readings.append(found and OfWheel(**vars(found)))
+        else:
+            told = [(log.time, log.column(column), _change(log, column, other)) for log in logs]
+            readings.append(_reading(told, column, other, honest))
     return tuple(reading for reading in readings if reading is not None and reading.faulty)
+
+
+def rates_of(data: Dataset) -> dict[str, str]:
+    """Columns that are measured rates, with what each is the rate of; a wheel's speed by the column that it was."""
+    layout, made = data.layouts.state, made_of_wheel(data)
+    turns = layout.has_field("attitude") or layout.has_field("heading")
+    turning = {rate: "attitude" for rate in RATES if turns and rate in layout}
+    moving = {rate: coordinate for coordinate, rate in layout.rates.items() if rate not in made}
+    return turning | moving | dict.fromkeys(made[:1], PATH)
 
 
 def measured_by(state: Layout, of: str) -> tuple[str, tuple[str, ...]]:

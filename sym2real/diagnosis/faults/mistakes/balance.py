@@ -32,7 +32,6 @@ from sym2real.vocabulary import ATTITUDE, HEADING, POSITION, VELOCITY
 
 STRETCH, FEWEST_ROWS = 0.4, 4  # s; rows
 SHIFTED = 6  # rows by which columns may be late or early: at the ends of a log nobody knows what they held there
-ROUNDING = 1e-6  # of the squares
 TURNED = "turn about {} by its rate"
 LEVEL = 2  # the first components of a world vector lie level, whichever way its axes are turned
 
@@ -189,11 +188,6 @@ def _quantities(layout: Layout) -> dict[str, tuple[str, list[int]]]:
                 f"{field.name} about {axis}": (field.name, [place]) for axis, place in zip("xyz", places, strict=False)
             }
     return found
-
-
-def in_all(losses: Array) -> float:
-    """How badly all quantities ``# (q,)`` are predicted: minus their log-likelihood, each of a variance of its own."""
-    return float(np.log(np.maximum(losses, ROUNDING)).sum())
 
 
 def without_drag(balance: Balance) -> Array:

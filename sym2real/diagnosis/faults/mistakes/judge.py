@@ -10,8 +10,8 @@ from scipy.stats import wilcoxon
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.preparation import present
 from sym2real.diagnosis.faults.fault import Breach
-from sym2real.diagnosis.faults.mistakes.balance import SHIFTED, Balance, Balances, in_all, without_arm, without_drag
-from sym2real.diagnosis.faults.mistakes.late_pose import to_a_part_of_a_row, with_its_place
+from sym2real.diagnosis.faults.mistakes.balance import SHIFTED, Balance, Balances, without_arm, without_drag
+from sym2real.diagnosis.faults.mistakes.late_pose import with_its_place
 from sym2real.diagnosis.faults.mistakes.listed import mimics, transformations
 from sym2real.diagnosis.faults.mistakes.lost_commands import step_likelihood
 from sym2real.diagnosis.faults.mistakes.transformation import Exchanged, Late, Transformation, Turned, of_all
@@ -24,6 +24,7 @@ from sym2real.vocabulary import POSITION
 MOST = 3  # mistakes in one set of logs
 # That commands may be written late by, or take effect after.
 COMMAND_ROWS = range(-SHIFTED, SHIFTED + 1)
+ROUNDING = 1e-6  # of the squares
 Gain = tuple[float, Breach]  # by how much the squares missed fall over all quantities, and what is undone
 
 
@@ -60,8 +61,8 @@ def _best(balances: Balances, data: Dataset) -> Breach | None:
     found = next((best[kind][1] for kind in map(type, tried) if kind in best and best[kind][0] >= least), None)
     if found is None:
         return None
-    late = with_its_place(to_a_part_of_a_row(balances, found.transformation, data), data)
-    found = replace(found, transformation=late)
+    if isinstance(late := found.transformation, Late):
+        found = replace(found, transformation=with_its_place(late, data))
     others = (one.transformation for gain, one in held if gain >= least)
     return replace(found, others=tuple(one.name for one in others if _apart(one, found.transformation)))
 
@@ -120,7 +121,7 @@ def _judged(balances: Balances, now: Balance, transformation: Transformation, da
     # A velocity behind a filter is none of an early position: what both have in common only speaks against.
     said = np.array([not name.endswith("by velocity") for name in now.names])
     clear = (old > SETTINGS.far * new) & (new < SETTINGS.mostly) & said
-    if not clear.any() or -better.min() > SETTINGS.others_worse * better.max() or in_all(new) > in_all(old):
+    if not clear.any() or -better.min() > SETTINGS.others_worse * better.max() or _in_all(new) > _in_all(old):
         return None
     if isinstance(transformation, Turned) and transformation.field == "attitude":
         clear &= without_drag(now) > SETTINGS.far * new
@@ -131,12 +132,17 @@ def _judged(balances: Balances, now: Balance, transformation: Transformation, da
         clear &= without_arm(now) > SETTINGS.far * new
     for other in mimics(transformation, data.layouts.action.columns):
         mimicked = balances.inside(of_all(other, data)).losses.mean(0)
-        clear &= (mimicked > SETTINGS.far * new) & (in_all(mimicked) > in_all(new))
+        clear &= (mimicked > SETTINGS.far * new) & (_in_all(mimicked) > _in_all(new))
     chance = [_chance(now.missed(place), then.missed(place)) if clear[place] else 1.0 for place in range(len(old))]
     most = int(np.argmin(chance))
     if chance[most] > SETTINGS.false_alarms_of_each(tried):
         return None
     return float(better.sum()), Breach(transformation, _said(now.names[most], old[most], new[most]))
+
+
+def _in_all(losses: Array) -> float:
+    """How badly all quantities ``# (q,)`` are predicted: minus their log-likelihood, each of a variance of its own."""
+    return float(np.log(np.maximum(losses, ROUNDING)).sum())
 
 
 def _chance(before: Array, after: Array) -> float:

@@ -1,14 +1,13 @@
 """What is measured late: a heading or a place alone, or the pose that a camera or a lidar gives in one."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.faults.fault import Fault, Settled
-from sym2real.diagnosis.faults.mistakes.balance import Balances, in_all
-from sym2real.diagnosis.faults.mistakes.transformation import Late, Transformation, of_all
+from sym2real.diagnosis.faults.mistakes.transformation import Late, of_all
 from sym2real.diagnosis.faults.sensor_faults import PATH, Reading, measured_by, of_the_model, readings
 from sym2real.layout import Layout
 from sym2real.logs.agreement import points_along
@@ -16,7 +15,8 @@ from sym2real.logs.sources import AsRead
 from sym2real.symbolic import Equations
 from sym2real.vocabulary import HEADING, POSITION, VELOCITY
 
-PARTS = 10  # of a row
+PART = 0.5  # of a row: so finely it is told how late a sensor is
+POSE = "pose"
 
 
 def behind_their_rates(model: Equations | None, data: Dataset) -> Settled:
@@ -24,23 +24,41 @@ def behind_their_rates(model: Equations | None, data: Dataset) -> Settled:
 
     By more than in the model's own predictions: a rate that changes at once is half a row ahead of what it turns.
     """
-    faults, done, asked = [], set[str](), set[str]()
+    given, lates, asked = data, list[tuple[Late, str]](), set[str]()
     while found := [reading for reading in _shifted(data) if reading.of not in asked]:
         asked |= {measured := found[0].of}  # of a heading that has been mended velocities have turned
-        ahead = {reading.column: -reading.shift for reading in found if reading.of == measured}
-        if min(ahead.values()) < 0:
-            continue
         own = of_the_model(model, data, honest=0.0) if model else {}
-        by = [ahead[column] + (own[column].shift if column in own else 0.0) for column in ahead]
-        rows = float(np.median(by)) / data.dt
+        ahead = {
+            reading.column: (own[reading.column].shift if reading.column in own else 0.0) - reading.shift
+            for reading in found
+            if reading.of == measured
+        }
+        if min(ahead.values()) <= 0:
+            continue
+        rows = float(np.median([*ahead.values()])) / data.dt
+        done = {name for late, _ in lates for name in late.columns}
+        said = ", ".join(f"{column} is {1e3 * by:.0f} ms ahead" for column, by in ahead.items())
         for what, columns in _measured_together(data.layouts.state, measured):
             late = with_its_place(Late(what, tuple(name for name in columns if name not in done), rows, data.dt), data)
-            mended, shifted = of_all(late, data), {reading.column for reading in _shifted(data)}
-            if all(reading.column in shifted for reading in _shifted(mended)):  # none was on time and is so no longer
-                said = ", ".join(f"{column} is {1e3 * by:.0f} ms ahead" for column, by in ahead.items())
-                faults.append(Fault("", f"{late.name}: {said} of it", late.fix(AsRead(data[0].sources))))
-                data, done = mended, {*done, *columns}
+            mended = of_all(late, data)
+            if _rates_of(late, mended) <= _rates_of(late, data):  # none was on time and is so no longer
+                lates.append((late, f"{said} of it"))
+                data = mended
                 break
+    return _by_one_clock(lates, given)
+
+
+def _by_one_clock(lates: Sequence[tuple[Late, str]], data: Dataset) -> Settled:
+    """To parts of a row; a heading and a place that are as late, but for what honest rates may be, are one sensor's."""
+    rows = [late.rows for late, _ in lates]
+    if len(rows) == 2 and max(rows) - min(rows) < 1.0 and lates[0][0].columns == HEADING.columns:
+        columns = tuple(name for late, _ in lates for name in late.columns)
+        lates = [(Late(POSE, columns, float(np.mean(rows)), data.dt), "; ".join(said for _, said in lates))]
+    faults, read = list[Fault](), AsRead(data[0].sources)
+    for exact, said in lates:
+        late = replace(exact, rows=PART * round(exact.rows / PART))
+        faults.append(Fault("", f"{late.name}: {said}", late.fix(read)))
+        data = of_all(late, data)
     return faults, data
 
 
@@ -55,24 +73,22 @@ def _shifted(data: Dataset) -> list[Reading]:
     return [reading for reading in readings(data) if reading.shift]
 
 
-def to_a_part_of_a_row(balances: Balances, found: Transformation, data: Dataset) -> Transformation:
-    """How late a sensor is, to a tenth of a row."""
-    if not isinstance(found, Late):
-        return found
-    near = [replace(found, rows=found.rows + part / PARTS) for part in range(1 - PARTS, PARTS)]
-    return min(near, key=lambda late: in_all(balances.inside(of_all(late, data)).losses.mean(0)))
+def _rates_of(late: Late, data: Dataset) -> set[str]:
+    """Rates of what was moved that are not on time."""
+    state = data.layouts.state
+    return {one.column for one in _shifted(data) if {*measured_by(state, one.of)[1]} & {*late.columns}}
 
 
-def with_its_place(late: Transformation, data: Dataset) -> Transformation:
+def with_its_place(late: Late, data: Dataset) -> Late:
     """The place is late with a heading where the car goes where it points only then, and nothing else tells its clock.
 
     What tells it is a velocity of its own: one that was derived from places is as late as they are.
     """
     state, sources = data.layouts.state, data[0].sources
     derived = bool(sources) and not any(name in sources for name in VELOCITY.columns)
-    if not (derived and isinstance(late, Late) and late.columns == HEADING.columns):
+    if not (derived and late.columns == HEADING.columns):
         return late
     places = tuple(name for field in (POSITION, VELOCITY) for name in field.columns if name in state)
-    pose = replace(late, what="pose", columns=(*late.columns, *places))
+    pose = replace(late, what=POSE, columns=(*late.columns, *places))
     alone, whole = (points_along([*of_all(moved, data)]) for moved in (late, pose))
     return pose if whole > alone else late

@@ -17,6 +17,7 @@ from sym2real.diagnosis.data.preparation import present
 from sym2real.diagnosis.faults.misread_attitudes import COMMANDED, FROM_WORLD, OfAttitude
 from sym2real.diagnosis.faults.mistakes.balance import SHIFTED, Balance
 from sym2real.diagnosis.faults.mistakes.transformation import Exchanged, Late, OtherAxes, Transformation, Turned
+from sym2real.diagnosis.faults.sensor_faults import measured_by, rates_of
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.layout import Layout, motors_of
 from sym2real.logs.agreement import RATES, VELOCITIES
@@ -48,7 +49,9 @@ def transformations(data: Dataset, balance: Balance) -> Iterator[Transformation]
         yield from _swapped((_one_by_one(data.layouts.action),))
     yield from _of_attitudes(data, balance)
     yield from _of_joints(data, balance)
-    for sensor in data.layouts.state.fields:
+    # What has rates is late against these, to parts of a row (``late_pose.py``).
+    told = {name for of in rates_of(data).values() for name in measured_by(data.layouts.state, of)[1]}
+    for sensor in (one for one in data.layouts.state.fields if not told.issuperset(one.columns)):
         yield from (Late(sensor.name, sensor.columns, rows, data.dt) for rows in SHIFTS)
 
 

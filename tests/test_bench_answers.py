@@ -107,7 +107,7 @@ def test_a_mistake_that_is_not_named_is_wrong_or_silent() -> None:
 def test_what_may_be_said_of_healthy_logs_names_no_mistake() -> None:
     remarks = [
         "no plain simulator: the base's own errors were not calibrated and may look like effects; diagnose "
-        "healthy logs first, and add --fit what they show",
+        "logs of the healthy robot first, and put what these show into the base",
         "no sensor noise, as of a simulation without --noise or behind a low-pass: errors of any size count",
         "run_1: resampled to 20 ms from stamps 40 ms apart (40 to 40), 200 rows became 399: commands held",
         "8 logs, 3200 rows, time step 0.02 s",

@@ -217,7 +217,7 @@ def test_the_sentence_begins_with_the_verdict() -> None:
     gate = Gate(stage("base", 1.0, 1.0), stage("+ lag", 1.01, 1.01))
     said = summary("UNEXPLAINED", (), (lag,), left, gate=gate, stages=())
     assert said.startswith(
-        "Something is missing that no effect of the catalogue explains: a disturbance along tz that depends on wz_cmd "
+        "Something is missing that none of the tested effects explains: a disturbance along tz that depends on wz_cmd "
         "(R² 0.11); beside it lag (value 0.0044 ± 0.0020 s) is beyond chance, but no held-out error falls by 10 %: "
         "that of position after 0.8 s rises by 1 %; a disturbance along fx that depends on time is left"
     )

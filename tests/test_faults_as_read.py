@@ -289,6 +289,4 @@ def test_a_late_pose_has_turned_velocities_along_the_body_too_late() -> None:
     data = simulate_case(Case("mushr", (), seed=71), trajectories=4, rows=260)
     found = check(MUSHR.nominal(), Dataset(map(written, data)))
     (pose,) = (fault.evidence for fault in found.faults)
-    assert re.match(
-        r"pose (2\.5|3) rows late \(sin_yaw cos_yaw x y by", pose
-    )  # velocities by differences are late
+    assert re.match(r"pose (2\.5|3) rows late \(sin_yaw cos_yaw x y by", pose)  # velocities by differences are late

@@ -134,6 +134,7 @@ def test_only_a_name_that_is_close_is_proposed_for_a_missing_column(tmp_path: Pa
     assert refused.value.found.split("; ")[1:] == [
         "is 'Motor_1' its motor1?",
         'derive = ["velocity"] in a log specification computes vx, vy, vz',
+        '`vx = "…"` under [columns] of the specification names it',
         specification(tmp_path / "run.csv"),
     ]
 

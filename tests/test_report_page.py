@@ -143,7 +143,7 @@ def test_what_drag_puts_in_is_short_and_stands_beside_what_was_there() -> None:
 
 def test_a_finding_is_shown_with_how_sure_it_is() -> None:
     shown = render(diagnosis_page(BASE, logs(), diagnosis(), "crazyflie"))
-    assert "93 % against none, or another effect, in its place" in shown
+    assert "93 % against none, and others in its place" in shown
 
 
 def test_names_keep_their_letters_at_the_head_of_a_sentence() -> None:

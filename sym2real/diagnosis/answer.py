@@ -18,7 +18,7 @@ from sym2real.diagnosis.score.finding import Finding, applied, findings_of
 from sym2real.diagnosis.score.held_out import Gate
 from sym2real.diagnosis.score.prediction_refit import PredictionRefit
 from sym2real.diagnosis.search.beam import SearchResult
-from sym2real.diagnosis.unexplained.explaining import Explained
+from sym2real.diagnosis.unexplained.explaining import Explained, disturbed_said
 from sym2real.diagnosis.unexplained.leftover import Leftover
 from sym2real.diagnosis.unexplained.term import Term
 from sym2real.json_objects import fields_of
@@ -174,7 +174,7 @@ def conclude(explained: Explained) -> Diagnosis:
         held_out=scored.steps.names_of(prepared.scored),
         apart=prepared.question.held_out is not None,
         gate=gate,
-        notes=(*result.notes, *cut_said(scored.horizons, prepared.question.horizon)),
+        notes=(*result.notes, *disturbed_said(scored.floor), *cut_said(scored.horizons, prepared.question.horizon)),
         **_of_search(result),
     )
 

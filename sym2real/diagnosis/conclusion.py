@@ -15,6 +15,7 @@ from sym2real.diagnosis.score.held_out import Gate
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.diagnosis.unexplained.leftover import Leftover
 from sym2real.effects import EFFECTS
+from sym2real.effects.few_words import in_few_words
 
 Verdict = Literal["EFFECT", "NOTHING_MISSING", "UNEXPLAINED", "CANNOT_TELL"]
 
@@ -87,7 +88,7 @@ def summary(
         found = [*_missing(announced, stages), *rest, *doubt, *_small(small), *unclear]
         parts += found if gate.passed else [*_beside(findings, gate), *rest]
     elif answer == "UNEXPLAINED":
-        parts.append(f"something is missing that no effect of the catalogue explains: {' and '.join(left)}")
+        parts.append(f"something is missing that none of the tested effects explains: {' and '.join(left)}")
         parts += [*_beside(findings, gate, leftovers), *minor]
     elif answer == "NOTHING_MISSING":
         parts += ["nothing is missing beyond noise and small disturbances", *rest, *_small(findings)]
@@ -184,7 +185,7 @@ def _alone(finding: Finding) -> str:
 
 def _one(finding: Finding) -> str:
     others = [key for key in finding.group if key != finding.effect]
-    return _alone(finding) + (f", or {' or '.join(others[:3])}" if others else "")
+    return _alone(finding) + (f", or {' or '.join(in_few_words(others)[:3])}" if others else "")
 
 
 def fall_of_error(stages: Sequence[Stage]) -> tuple[str, float, float] | None:

@@ -49,7 +49,7 @@ def require_columns(file: str | Path, standard: Collection[str], others: Collect
     hints = [*_close(missing, others), *_other_interface(layouts, standard)]
     hints += _derivable(missing, standard, layouts)
     if others:
-        hints.append(specification(file))
+        hints += [f'`{missing[0]} = "…"` under [columns] of the specification names it', specification(file)]
     found = "; ".join((f"only {listed(there)}", *hints))
     raise DataError(file, f"columns of the model: {_with_units(missing, units)}", found)
 

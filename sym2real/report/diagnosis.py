@@ -9,6 +9,7 @@ from rich.table import Table
 
 from sym2real.diagnosis import Diagnosis, Fall, Fault, Finding, Gate, Term, Tried, Where
 from sym2real.diagnosis.unexplained.leftover import Leftover
+from sym2real.effects.few_words import in_few_words
 from sym2real.report.ladder import ladder_table
 from sym2real.report.not_tried import not_tried_names
 from sym2real.report.tables import number, table_of
@@ -147,7 +148,7 @@ def fault_lines(faults: Sequence[Fault]) -> list[str]:
 
 def where_lines(where: Sequence[Where]) -> list[str]:
     """Where a model fails, a line each."""
-    return [f"[bold]fails[/] {escape(region.statement)}" for region in where]
+    return [f"[bold]the model as given fails[/] {escape(region.statement)}" for region in where]
 
 
 def note_lines(notes: Sequence[str]) -> list[str]:
@@ -177,7 +178,7 @@ def interval_said(finding: Finding, name: str) -> str:
     estimate, spread = finding.parameters[name], finding.log_spread.get(name)
     # Which rotor it is has no interval.
     known = [f"95 % {number(estimate.low)} … {number(estimate.high)}"] if estimate.low < estimate.high else []
-    return ", ".join([*known, *([] if spread is None else [f"logs one by one ± {number(spread, 2)}"])])
+    return ", ".join([*known, *([] if spread is None else [f"from log to log ± {number(spread, 2)}"])])
 
 
 def known_of(finding: Finding) -> list[tuple[str, str]]:
@@ -185,11 +186,10 @@ def known_of(finding: Finding) -> list[tuple[str, str]]:
     facts = []
     rivals = [rival for rival in finding.group if rival != finding.effect]
     if finding.probability is not None:
-        others = "none, or another effect, in its place" + (" but those below" if rivals else "")
-        facts.append(("probability", f"{100 * finding.probability:.0f} % against {others}"))
+        whose = ", of it or one of those below" if rivals else ""
+        facts.append(("probability", f"{100 * finding.probability:.0f} % against none, and others in its place{whose}"))
     if rivals:
-        near = "as good here, or worse by less than 1 % of the misfit, as a form that is a little wrong may be"
-        facts.append(("or", f"{', '.join(rivals)}: {near}"))
+        facts.append(("or", f"{', '.join(in_few_words(rivals))}: these logs do not tell which"))
     if finding.separate_by:
         facts.append(("tell apart", finding.separate_by))
     return [*facts, ("fix", finding.fix)]

@@ -13,7 +13,7 @@ from sym2real.diagnosis.errors.rungs import Stage
 from sym2real.report.tables import compact_table, number
 
 # What a model that misses nothing would leave; a comparison's lowest error is that of the sensors alone.
-LOWEST = "noise and\ndisturbances"
+LOWEST, NOISE = "noise and\ndisturbances", "noise alone"
 # Said where a step of the ladder leads up, beyond the interval of the one before.
 TOGETHER = "Where the error rises, that effect helps only together with one below it."
 
@@ -46,6 +46,10 @@ def ladder_table(
     if lowest is not None:
         first, *others = [number(lowest.get(channel, (math.nan, ""))[0], 2) for channel in channels]
         rows.append((f"[dim]{LOWEST}[/]", first, "", *others))
+    noise = next((at.noise for at in floor if at.horizon == horizon and at.noise), None)
+    if noise is not None:
+        first, *others = [number(noise.get(channel, math.nan), 2) for channel in channels]
+        rows.append((f"[dim]{NOISE}[/]", first, "", *others))
     title = f"the ladder: error {horizon:.3g} s ahead on {_names(held_out, apart)}"
     table = compact_table(title, ("model", names[0], "95 %", *names[1:]), rows, left=("model",))
     table.padding = (0, 0)  # the box parts columns by one space: four channels and long intervals stay within 80

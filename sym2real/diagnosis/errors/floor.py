@@ -11,7 +11,7 @@ noisy row is what a prediction is held against:
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -112,15 +112,27 @@ STRIDE = 0.2
 
 @dataclass(frozen=True)
 class Floor:
-    """Smallest error that any model can reach one horizon (s) ahead: by channel, its root mean square and unit."""
+    """Smallest error that a model can reach one horizon (s) ahead.
+
+    Args:
+        horizon: in s.
+        errors: by channel, its root mean square and unit.
+        noise: what the sensors alone make of it.
+    """
 
     horizon: float
     errors: Mapping[str, tuple[float, str]]
+    noise: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def disturbed(self) -> dict[str, float]:
+        """By channel, how many times the sensors' noise it is."""
+        return {channel: self.errors[channel][0] / max(noise, 1e-12) for channel, noise in self.noise.items()}
 
     def to_dict(self) -> dict[str, Any]:
         """The entry of ``floor`` in docs/method.md, "Answers as files"."""
         errors = {channel: {"value": value, "unit": unit} for channel, (value, unit) in self.errors.items()}
-        return {"horizon": self.horizon, "errors": errors}
+        return {"horizon": self.horizon, "errors": errors, "noise": dict(self.noise)}
 
 
 def floor_of_noise(
@@ -194,8 +206,10 @@ def floor_of_explained(
     pieces = max(1, round(max(steps) * PIECES / segment_length(layout, data.dt)))
     power = torch.tensor([whitening.disturbances[name] / size for name, size in kinds], dtype=torch.float64)
     pushed = (problem.disturbance_jacobian(values, kinds, pieces) * power[:, None]).square().sum((-1, -2))
-    square = (started + pushed).mean(0).reshape(windows.length, -1) + torch.as_tensor(noise.of_a_row).square()
-    return tuple(_floor(horizon, layout, square[count]) for horizon, count in zip(horizons, steps, strict=True))
+    row, size = torch.as_tensor(noise.of_a_row).square(), (windows.length, -1)
+    of_noise, whole = ((part.mean(0).reshape(size) + row)[steps] for part in (started, started + pushed))
+    levels = zip(horizons, of_noise, whole, strict=True)
+    return tuple(_floor(horizon, layout, square, quiet) for horizon, quiet, square in levels)
 
 
 def no_higher_than_reached(floor: Sequence[Floor], stages: Sequence[Stage]) -> tuple[Floor, ...]:
@@ -210,7 +224,7 @@ def no_higher_than_reached(floor: Sequence[Floor], stages: Sequence[Stage]) -> t
             channel: (min([value, *(found[channel].value for found in reached)]), unit)
             for channel, (value, unit) in level.errors.items()
         }
-        lowered.append(Floor(level.horizon, errors))
+        lowered.append(replace(level, errors=errors))
     return tuple(lowered)
 
 
@@ -227,8 +241,13 @@ def _start_deviations(data: Dataset, windows: Segments, noise: SensorNoise, rng:
     return found
 
 
-def _floor(horizon: float, layout: Layout, square: Tensor) -> Floor:
-    """From mean squares per tangent component."""
-    units, parts = channel_units(layout), square.split([field.tangent_size for field in layout.fields])
-    sizes = {channel_name(field): float(part.sum().sqrt()) for field, part in zip(layout.fields, parts, strict=True)}
-    return Floor(round(horizon, 6), {channel: (size, units[channel]) for channel, size in sizes.items()})
+def _floor(horizon: float, layout: Layout, square: Tensor, of_noise: Tensor | None = None) -> Floor:
+    """From mean squares per tangent component, of all and of the noise alone where that is not all."""
+    units, noise = channel_units(layout), {} if of_noise is None else _sizes(layout, of_noise)
+    errors = {channel: (size, units[channel]) for channel, size in _sizes(layout, square).items()}
+    return Floor(round(horizon, 6), errors, noise)
+
+
+def _sizes(layout: Layout, square: Tensor) -> dict[str, float]:
+    parts = square.split([of.tangent_size for of in layout.fields])
+    return {channel_name(of): float(part.sum().sqrt()) for of, part in zip(layout.fields, parts, strict=True)}

@@ -30,7 +30,8 @@ from sym2real.trajectory import Array, Trajectory
 # What a note says where the base is not calibrated.
 UNCALIBRATED = "the base's own errors were not calibrated and may look like effects"
 SWITCHED_OFF = f"calibration was switched off: {UNCALIBRATED}"
-NO_SIMULATOR = f"no plain simulator: {UNCALIBRATED}; diagnose healthy logs first, and add --fit what they show"
+HEALTHY_FIRST = "diagnose logs of the healthy robot first, and put what these show into the base"
+NO_SIMULATOR = f"no plain simulator: {UNCALIBRATED}; {HEALTHY_FIRST}"
 NOT_FLOWN = "the logs' manoeuvres cannot be flown in the plain simulator: the base is not calibrated"
 # A car's figure of eight takes 300 rows: of its first half alone the base's own errors look like an arm to one side.
 # Of fast logs as long as of a quadrotor's at 50 Hz.

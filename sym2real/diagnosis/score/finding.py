@@ -42,7 +42,8 @@ class Finding:
         fix: what to change on the robot or in the model.
         log_spread: standard deviation of each parameter over logs that are fitted one by one.
         voltage: of the battery where the thrust map holds (V), when the effect goes by the voltage.
-        probability: its weight against none, and any other effect, in its place; None where nothing was weighed.
+        probability: its weight, and that of its group, against none and any other effect in its place; None where
+            nothing was weighed.
         small: whether no error that is judged is larger by a tenth without it.
         doubtful: whether commands that changed between the rows of the logs look the same.
     """
@@ -101,7 +102,7 @@ def findings(
     """
     library, problems = selection.problems.library, selection.problems
     provisional = problems.block_count < SETTINGS.fewest_pieces
-    probabilities = {} if near is None else near.probabilities()
+    probabilities = {} if near is None else near.probabilities(groups)
     fit = cleaned(problems, selection.fit, own)
     ordered = by_importance(selection)
     base = float(problems.whitening.loss(problems.problem.residuals(selection.origin[None])).sum())

@@ -11,7 +11,7 @@ nuisance parameter of every hypothesis: profile likelihood).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import inf
 
@@ -77,9 +77,17 @@ class Near:
         beyond_chance = [one for one in beside if selection.significant(one.fit, one.candidate)]
         return cls(selection, places, present, by_price(selection, beyond_chance))
 
-    def probabilities(self) -> dict[str, float]:
-        """By effect, the chosen set's weight among those with it, without it, or with another in its place."""
-        return {place.candidate.name: float(self.weights(self._around(place))[0]) for place in self.places}
+    def probabilities(self, groups: Mapping[str, Collection[str]] | None = None) -> dict[str, float]:
+        """By effect, the chosen set's weight among those with it, without it, or with another in its place.
+
+        With the weight of those others that are in its group.
+        """
+        return {place.candidate.name: self._weight(place, groups or {}) for place in self.places}
+
+    def _weight(self, place: Place, groups: Mapping[str, Collection[str]]) -> float:
+        group, weights = groups.get(place.candidate.name, ()), self.weights(self._around(place))
+        alike = [rival.candidate.name in group for rival in place.rivals]
+        return float(weights[torch.tensor([True, False, *alike])].sum())
 
     def variances(self, candidate: Candidate) -> Tensor:
         """Of an effect's values over the sets that have it, those that differ elsewhere ``# (len(slots),)``."""

@@ -83,7 +83,7 @@ def beyond_floor(stages: Sequence[Stage], floor: Sequence[Floor]) -> bool:
     if not (stages and floor):
         return True
     errors = stages[-1].horizons[stages[-1].nearest(JUDGED_AT)]
-    lowest = _judged_at(floor).errors
+    lowest = judged_at(floor).errors
     return any(errors[channel].low > SETTINGS.above_noise * lowest[channel][0] for channel in judged(errors))
 
 
@@ -97,15 +97,28 @@ def find_far(stages: Sequence[Stage], floor: Sequence[Floor], motion: float) -> 
     """
     if not (stages and floor):
         return ()
-    errors, lowest = stages[-1].horizons[stages[-1].nearest(JUDGED_AT)], _judged_at(floor)
+    errors, lowest = stages[-1].horizons[stages[-1].nearest(JUDGED_AT)], judged_at(floor)
     times, worst = max((errors[name].low / max(lowest.errors[name][0], 1e-12), name) for name in judged(errors))
     if times <= SETTINGS.far:
         return ()
     return (Leftover(MISFIT, "", 1.0 - times**-2, f"{worst}, {lowest.horizon:.3g} s ahead", motion=motion),)
 
 
-def _judged_at(floor: Sequence[Floor]) -> Floor:
+def judged_at(floor: Sequence[Floor]) -> Floor:
+    """The level of a controller's horizon."""
     return min(floor, key=lambda level: abs(level.horizon - JUDGED_AT))
+
+
+def disturbed_said(floor: Sequence[Floor]) -> tuple[str, ...]:
+    """What disturbances that follow nothing measured do to predictions, where that is most of the floor's squares."""
+    if not (floor and (times := judged_at(floor).disturbed)):
+        return ()
+    worst = max(judged(times), key=times.__getitem__)
+    if 1.0 - times[worst] ** -2 < SETTINGS.mostly:
+        return ()
+    error = f"the {worst} error {times[worst]:.1f} times that of noise alone"
+    causes = "gusts, say, or a part that moves by itself, such as a load on a string"
+    return (f"disturbances that follow nothing measured make {error}: {causes}",)
 
 
 def worse_than_nothing(scored: Scored) -> tuple[Leftover, ...]:

@@ -102,8 +102,8 @@ def _those_late(model: Equations, data: Dataset, late: Late, likelihood: float) 
 
 def _said(quantity: str, before: float, after: float) -> str:
     """What shows a transformation: in which quantity how much less is missed."""
-    missed = f"{before:.2g} of the squares by which the {quantity} changes"
-    return f"as it stands the logs miss {missed}, {after:.2g} without"
+    missed = f"{100 * before:.2g} % of the squared changes of the {quantity}"
+    return f"model and log differ by {missed} as it stands, by {100 * after:.2g} % without"
 
 
 def _apart(one: Transformation, other: Transformation) -> bool:

@@ -83,6 +83,7 @@ CASES: list[Case] = [
     (C, "delay", {"value": 0.2}, 0.99, 0.06),
     (C, "rate_limit:steer", {"value": 0.5}, 0.99, 0.15),
     (C, "dead_band:speed", {"value": 2.0}, 0.99, 0.15),
+    (C, "speed_curve", {"value": 0.1}, 0.99, 0.05),
     (C, "wind", {"fx": 2.0, "fy": 1.0}, 0.99, 0.05),
     (C, "slope", {"gx": 0.3, "gy": 0.5}, 0.99, 0.05),
     (C, "rolling_resistance", {"value": 0.5}, 0.99, 0.05),

@@ -25,7 +25,8 @@ QUADROTOR = {
 }
 CAR = {
     *("tyre_friction", "lateral_slip", "rolling_resistance", "slope", "wheelbase", "yaw_drag"),
-    *("lever_arm", "tyre_slip", "understeer", "relaxation_length", "steering_curve", "speed_loop"),
+    *("lever_arm", "tyre_slip", "understeer", "relaxation_length", "steering_curve", "speed_curve"),
+    "speed_loop",
 }
 BOTH = {"wind", "linear_drag", "quadratic_drag", "periodic_force", "yaw_bias"}
 MOTORS_ONLY, ATTITUDE_ONLY = {"torque_scale"}, {"attitude_loop", "attitude_trim"}
@@ -35,7 +36,7 @@ OWN = {"parameter"}  # of equations with named parameters, which the package's r
 SENSOR = {"sensor_sign", "sensor_bias", "sensor_scale", "sensor_lag", "time_shift"}
 UNITS = {
     *("1", "N", "rad", "rad/s", "rad/s²", "m/s", "m/s²", "m", "s", "kg", "kg m²", "N m", "N m s", "N s", "N/s"),
-    *("N m/rad", "N/m", "N s/m", "N s²/m²", "1/s", "1/V", "1/rad²", "s²/m²", "rad s²/m"),
+    *("N m/rad", "N/m", "s/m", "N s/m", "N s²/m²", "1/s", "1/V", "1/rad²", "s²/m²", "rad s²/m"),
 }
 
 

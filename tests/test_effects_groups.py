@@ -133,8 +133,8 @@ def test_trim_is_a_small_tilt_or_a_force_that_looks_like_one(part: float, expect
     assert not is_trim(effect("wind", MUSHR), {"fx": 0.0, "fy": 0.0}, [replace(circle)])
 
 
-def test_one_speed_shows_no_tyres_and_several_do() -> None:
-    of_tyres, even = {"tyre_slip", "understeer"}, drive(0.3 * np.sin(phase), np.full(ROWS, 0.9))
+def test_one_speed_shows_no_tyres_and_no_curve_of_speeds_and_several_do() -> None:
+    of_tyres, even = {"tyre_slip", "understeer", "speed_curve"}, drive(0.3 * np.sin(phase), np.full(ROWS, 0.9))
     assert not of_tyres & {*library_for(MUSHR.nominal(), Dataset([even])).effects}
     assert of_tyres <= {*library_for(MUSHR.nominal(), Dataset([eight])).effects}
 

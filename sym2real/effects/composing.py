@@ -8,7 +8,7 @@ that the battery gives, and so on.
 
 The way of a command is that of a real actuator: firmware cuts off what it receives (limit); the link and the driver
 hold it up (delay); the driver ramps it (rate limit); the actuator follows (lag); its linkage has play (dead band); and
-the linkage's travel, trim and shape make the quantity that moves the robot (gain, offset, steering curve).
+the linkage's travel, trim and shape make the quantity that moves the robot (gain, offset, curve).
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -28,7 +28,7 @@ FILTER_ORDER = ("limit", "delay", "rate_limit", "lag", "dead_band", "sensor_lag"
 
 DELAY = "delay"
 # A command meets gain, offset and the linkage's curve in this order, so that they go in from behind; else by name.
-BEHIND = ("steering_curve", "offset", "gain")
+BEHIND = ("steering_curve", "speed_curve", "offset", "gain")
 
 Chosen = tuple[Effect, Mapping[str, Expr | float]]
 

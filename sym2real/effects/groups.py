@@ -70,6 +70,7 @@ NAMED = (
     Group(ONE_SPEED, ("lever_arm", "tyre_slip"), manoeuvres.one_speed, one_of=True),
     Group(ONE_SPEED, ("lag:steer", "relaxation_length"), manoeuvres.one_speed, one_of=True),
     Group("the car drives one circle", ("gain:steer", "steering_curve"), manoeuvres.one_circle, one_of=True),
+    Group(ONE_SPEED, ("gain:speed", "speed_curve"), manoeuvres.one_speed, one_of=True),
 )
 
 # A curve is no mass, but beside one it fits what neither of them models where the thrust is far from that in hover.

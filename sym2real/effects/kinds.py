@@ -8,7 +8,7 @@ FILES = {
     "commands": ("gain", "offset", "limit"),
     "actuators": ("rate_limit", "delay", "lag", "dead_band"),
     "attitude_trim": ("attitude_trim",),
-    "steering_curve": ("steering_curve",),
+    "curves": ("steering_curve", "speed_curve"),
     "thrusts": (
         *("added_mass", "payload", "thrust_curve", "battery_sag"),
         *("com_offset", "rotor_loss", "ground_effect"),

@@ -50,6 +50,10 @@ def _inspect(draft: Draft, name: str, moved: Array | None) -> None:
     draft.settle(name, unit, f"{evidence}; wraps {jumps} times", confidence)
     # A heading that turns against the path, or is counted from elsewhere, stays as recorded.
     heading = sense * draft.series(name)
+    if sense < 0 and name == "yaw" and moved is not None and _turns_as_it_is_steered(draft, -heading):
+        _suspect_the_place(draft, between([moved], [heading]))
+        draft.heading = -heading
+        return
     if sense < 0:
         draft.suspect(column, "turns against the path: the heading, not the steering, is counted the other way round")
     if moved is not None and together([moved], [heading]) > TOGETHER and (apart := between([moved], [heading])):
@@ -61,6 +65,34 @@ def _inspect(draft: Draft, name: str, moved: Array | None) -> None:
         draft.comment(name, f"{name} = {spec_text.text(Source(column, draft.units[name], zero=zero))}")
     if name == "yaw":
         draft.heading = heading
+
+
+def _turns_as_it_is_steered(draft: Draft, heading: Array) -> bool:
+    """Whether a gyro turns as a heading (rad) does, and both as the steering says where that is an angle.
+
+    Of a heading and a gyro alone nobody knows whether they, or the place, are counted the other way.
+    """
+    rate, steer = (draft.assignment.columns.get(name, "") for name in ("wz", "steer"))
+    if not (rate and steer) or np.abs(draft.raw(steer)).max() > pi / 2:
+        return False
+    turning = draft.raw(rate)
+    return all(
+        draft.rows.correlation(other, turning) > TOGETHER
+        for other in (draft.rows.slopes(np.unwrap(heading)), draft.raw(steer))
+    )
+
+
+def _suspect_the_place(draft: Draft, apart: float) -> None:
+    """A mirrored place: turned over, the heading is ``apart`` (rad) from its path, by a quarter turn if x is y."""
+    x, y = draft.column("x"), draft.column("y")
+    evidence = "turns against heading, gyro and steering"
+    if abs(abs(apart) - pi / 2) < pi / 4:
+        draft.add(f"{x}, {y}", "place suspected to be mirrored", "", f"the path {evidence}", "likely")
+        for name, other in (("x", y), ("y", x)):
+            draft.comment(name, f"suspected: the path {evidence}; in place of the line above:")
+            draft.comment(name, f"{name} = {spec_text.text(Source(other, draft.units.get(name, '')))}")
+    else:
+        draft.suspect(y if abs(apart) < pi / 2 else x, f"the path {evidence}")
 
 
 def _turn(unit: str) -> float:

@@ -6,16 +6,16 @@ MOST_BRACED = 4  # columns of a kind that are named one by one
 
 
 def in_few_words(keys: Iterable[str]) -> list[str]:
-    """A name for every kind among some keys, in their order."""
+    """Names of the kinds among some keys, in their order."""
     kinds: dict[str, list[str]] = {}
     for key in keys:
         kind, _, column = key.partition(":")
         kinds.setdefault(kind, []).append(column)
-    return [_of_kind(kind, columns) for kind, columns in kinds.items()]
+    return [name for kind, columns in kinds.items() for name in _of_kind(kind, columns)]
 
 
-def _of_kind(kind: str, columns: list[str]) -> str:
-    named = [column for column in columns if column]
-    if len(columns) == 1 or not named:
-        return f"{kind}:{columns[0]}" if named else kind
-    return f"{kind}:{{{','.join(named)}}}" if len(columns) <= MOST_BRACED else f"{kind}:*"
+def _of_kind(kind: str, columns: list[str]) -> list[str]:
+    whole, named = [kind] * ("" in columns), [column for column in columns if column]
+    if len(named) <= 1:
+        return [*whole, *(f"{kind}:{column}" for column in named)]
+    return [*whole, f"{kind}:{{{','.join(named)}}}" if len(named) <= MOST_BRACED else f"{kind}:*"]

@@ -70,7 +70,6 @@ class Parameter:
         per_log: true where every log has a value of its own (a phase).
         fitted: false where the motion hardly shows it, so that a fit had better leave it alone.
         domain: values that there can be, where ``low`` and ``high`` are what is likely.
-        beside: whether it is nothing by itself, and says something of others that are not null.
     """
 
     name: str
@@ -82,7 +81,6 @@ class Parameter:
     per_log: bool = False
     fitted: bool = True
     domain: Domain = ANYTHING
-    beside: bool = False
 
 
 def of_any_body(*parameters: Parameter) -> Callable[[Body], tuple[Parameter, ...]]:

@@ -51,7 +51,7 @@ def _shown(body: Body) -> bool:
 
 def seen(body: Body) -> tuple[Parameter, ...]:
     """How much of the yaw rate's step goes by the mean as well."""
-    return (Parameter(SHARE, "1", null=0.0, low=0.0, high=1.0, scale=0.5, beside=True),) if _shown(body) else ()
+    return (Parameter(SHARE, "1", null=0.0, low=0.0, high=1.0, scale=0.5),) if _shown(body) else ()
 
 
 def parts(kind: Kind, weight: Weight, values: Values, body: Body) -> tuple[tuple[Kind, Values], ...]:

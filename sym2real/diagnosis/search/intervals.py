@@ -70,12 +70,9 @@ def estimates(selection: Selection, candidate: Candidate, fit: Fit, near: Near |
 def none_within(near: Near, candidate: Candidate) -> bool:
     """Whether a chosen candidate is none within the intervals of all its parameters; with few blocks nobody can say."""
     selection = near.selection
-    around = [
-        (_parameter(selection, index), value, half)
-        for index, value, half in _around(selection, candidate, selection.fit, near)
-    ]
+    around = _around(selection, candidate, selection.fit, near)
     enough = selection.problems.block_count >= SETTINGS.fewest_pieces
-    return enough and all(own.beside or abs(value - own.null) < half for own, value, half in around)
+    return enough and all(abs(value - _parameter(selection, index).null) < half for index, value, half in around)
 
 
 def _parameter(selection: Selection, index: int) -> Parameter:

@@ -278,7 +278,7 @@ def test_asking_for_rivals_changes_no_answer() -> None:
     tried = candidates(library, data)
     selection = Selection(Problems.of(problem, spread.whitening(*variances)), tried, library.null)
     (wrong,) = (one for one in tried if one.name == "linear_drag")
-    (scored,) = selection.ranked([], library.null, [wrong])
+    (scored,) = selection.ranked(selection.present, [wrong])
     selection.put([wrong], scored.fit)
     assert "wind" in groups_of(Near.of(selection))["linear_drag"]
     assert selection.chosen == [wrong]

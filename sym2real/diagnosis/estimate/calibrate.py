@@ -166,13 +166,12 @@ def calibrated(library: Library, candidates: Sequence[Candidate], data: Dataset,
 
 def _worth_it(problems: Problems, everything: Fit, rivals: Sequence[Candidate], least: float) -> list[Candidate]:
     """Candidates that lower the quadratic model's loss by ``least`` each, the best first."""
-    places = {slot: place for place, slot in enumerate(everything.free)}
     chosen: list[Candidate] = []
     saved = 0.0
     while len(chosen) < MOST_EFFECTS:
         trials = []
         for candidate in (candidate for candidate in rivals if candidate not in chosen):
-            part = everything.part([places[slot] for other in (*chosen, candidate) for slot in other.free])
+            part = everything.part([slot for other in (*chosen, candidate) for slot in other.free])
             step = problems.best_step(part)
             change = 2 * part.gradient.sum(0) @ step + step @ part.curvature.sum(0) @ step
             # To first order a delay does what a lag does: which of two saves more must not be left to rounding.

@@ -92,7 +92,7 @@ def _around(
     form = dict.fromkeys(candidate.slots, 0.0)
     if near is not None:
         form = dict(zip(candidate.slots, near.variances(candidate).tolist(), strict=True))
-    for place, index in zip(selection.places(selection.chosen, candidate), candidate.free, strict=True):
+    for place, index in zip(fit.places(candidate.free), candidate.free, strict=True):
         effect, slot = library.effects[library.slots[index].effect], _parameter(selection, index)
         value = reported(float(fit.values[index]), float(selection.origin[index]), slot)
         reference = value - slot.null if slot.null in (0.0, 1.0) else value
@@ -140,6 +140,6 @@ def spread_over_logs(selection: Selection, candidate: Candidate, fit: Fit) -> di
     steps = [problems.best_step(fit.of_segments(log == index)) for index in log.unique()]
     if len(steps) < 2:
         return {}
-    deviation, places = torch.stack(steps).std(dim=0), selection.places(selection.chosen, candidate)
+    deviation, places = torch.stack(steps).std(dim=0), fit.places(candidate.free)
     slots = [_parameter(selection, index) for index in candidate.free]
     return {slot.name: float(deviation[place]) * slot.scale for place, slot in zip(places, slots, strict=True)}

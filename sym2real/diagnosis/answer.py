@@ -14,11 +14,11 @@ from sym2real.diagnosis.errors.regions import Where
 from sym2real.diagnosis.errors.rungs import Stage, cut_said
 from sym2real.diagnosis.faults.fault import Fault, with_sensors_of
 from sym2real.diagnosis.predict.competitors import NotTried
-from sym2real.diagnosis.score.finding import Finding, applied, findings_of
+from sym2real.diagnosis.score.finding import Finding, Scored, applied, findings_of
 from sym2real.diagnosis.score.held_out import Gate
 from sym2real.diagnosis.score.prediction_refit import PredictionRefit
 from sym2real.diagnosis.search.beam import SearchResult
-from sym2real.diagnosis.unexplained.explaining import Explained, disturbed_said
+from sym2real.diagnosis.unexplained.explaining import disturbed_said
 from sym2real.diagnosis.unexplained.leftover import Leftover
 from sym2real.diagnosis.unexplained.term import Term
 from sym2real.json_objects import fields_of
@@ -152,10 +152,9 @@ class Diagnosis:
         return {**known, "leftover": self._leftover(), "held_out_apart": self.apart}
 
 
-def conclude(explained: Explained) -> Diagnosis:
-    """The answer that findings, what is left beside them, and held-out errors make."""
-    scored, findings, leftovers = explained.scored, explained.scored.findings, explained.leftovers
-    result, prepared = scored.result, scored.result.prepared
+def conclude(scored: Scored, leftovers: tuple[Leftover, ...], proposal: Term | None) -> Diagnosis:
+    """The answer that findings and held-out errors, and what is left beside them, make."""
+    findings, result, prepared = scored.findings, scored.result, scored.result.prepared
     faults, finished, gate = prepared.checked.faults, result.finished, scored.gate
     suspects = {} if findings or not any(leftover.matters for leftover in leftovers) else result.suspects()
     parts = (faults, findings, leftovers)
@@ -168,7 +167,7 @@ def conclude(explained: Explained) -> Diagnosis:
         findings=findings,
         leftovers=leftovers,
         suspects=suspects,
-        proposal=explained.proposal,
+        proposal=proposal,
         ladder=scored.stages,
         floor=scored.floor,
         held_out=scored.steps.names_of(prepared.scored),

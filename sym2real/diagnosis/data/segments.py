@@ -148,11 +148,6 @@ def segments_at(
     )
 
 
-def with_velocities(segments: Segments) -> Segments:
-    """The same pieces with velocities compared as well, of data in which they are no differences of positions."""
-    return comparing(segments, (*COMPARED, "velocity"))
-
-
 def comparing(segments: Segments, names: Collection[str]) -> Segments:
     """The same pieces with the fields of these names compared."""
     compared, channel = compared_components(segments.layout, names)

@@ -59,8 +59,7 @@ def about(value: float, deviation: float, unit: str) -> Estimate:
 def estimates(selection: Selection, candidate: Candidate, fit: Fit, near: Near | None) -> dict[str, Estimate]:
     """Values of a chosen candidate in a fit of all, by parameter; intervals cover the choice of near sets."""
     found = {}
-    for index, value, half in _around(selection, candidate, fit, near):
-        slot = _parameter(selection, index)
+    for slot, value, half in _around(selection, candidate, fit, near):
         known = half < math.inf
         ends = (value - half, value + half) if known else (slot.low, slot.high)
         found[slot.name] = Estimate(value, *ends, slot.unit, known)
@@ -70,10 +69,7 @@ def estimates(selection: Selection, candidate: Candidate, fit: Fit, near: Near |
 def none_within(near: Near, candidate: Candidate) -> bool:
     """Whether a chosen candidate is none within the intervals of all its parameters; with few blocks nobody can say."""
     selection = near.selection
-    around = [
-        (_parameter(selection, index), value, half)
-        for index, value, half in _around(selection, candidate, selection.fit, near)
-    ]
+    around = _around(selection, candidate, selection.fit, near)
     enough = selection.problems.block_count >= SETTINGS.fewest_pieces
     return enough and all(own.beside or abs(value - own.null) < half for own, value, half in around)
 
@@ -84,8 +80,8 @@ def _parameter(selection: Selection, index: int) -> Parameter:
 
 def _around(
     selection: Selection, candidate: Candidate, fit: Fit, near: Near | None
-) -> Iterator[tuple[int, float, float]]:
-    """Slot, reported value and half of its 95 % interval, of each parameter of a chosen candidate."""
+) -> Iterator[tuple[Parameter, float, float]]:
+    """Parameter, reported value and half of its 95 % interval, of each that a chosen candidate has."""
     problem, halves = selection.problems.problem, half_widths(selection.problems, fit)
     halves = torch.where(selection.problems.identifiable(fit), halves, math.inf)
     library = problem.library
@@ -100,7 +96,7 @@ def _around(
         by_torque = SETTINGS.stiffness * effect.of.by_torque(effect.body)
         by_form = SETTINGS.interval_floor**2 + by_torque**2
         squares = (float(halves[place]) * slot.scale) ** 2 + TWO_SIDED**2 * form[index] + by_form * reference**2
-        yield index, value, (squares + _unresolved(problem, effect.of, slot) ** 2) ** 0.5
+        yield slot, value, (squares + _unresolved(problem, effect.of, slot) ** 2) ** 0.5
 
 
 def _unresolved(problem: Problem, kind: Kind, slot: Parameter) -> float:

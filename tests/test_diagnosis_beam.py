@@ -52,7 +52,7 @@ def with_names(names: Sequence[str]) -> Selection:
     tried = problems()[1]
     selection = selection_of(tried)
     for candidate in (candidate for name in names for candidate in tried if candidate.name == name):
-        (joined,) = selection.ranked(selection.chosen, selection.fit.values, [candidate])
+        (joined,) = selection.ranked(selection.present, [candidate])
         selection.put(joined.chosen, joined.fit)
     return selection
 
@@ -114,7 +114,7 @@ def test_a_set_is_surely_cheaper_only_beyond_a_standard_error() -> None:
     beam = Beam(selection_of(problems()[1]))
     beam.search()
     weighed, right = beam.selection.problems, beam.sets[frozenset(HIDDEN)]
-    larger, *_ = beam.selection.ranked(right.chosen, right.fit.values, beam.selection.candidates)
+    larger, *_ = beam.selection.ranked(right, beam.selection.candidates)
     gain = weighed.held_out_segments(right.fit) - weighed.held_out_segments(larger.fit)
     assert float(gain.sum()) == pytest.approx(right.loss - larger.loss, rel=1e-6)
     for part, surely in ((0.5, False), (2.0, True)):
@@ -190,8 +190,8 @@ def test_what_stands_for_two_effects_gives_way_to_both_where_less_can_be_left(
     mass, wind = (next(one for one in problems()[1] if one.name == name) for name in ("added_mass", "wind"))
     both = replace(mass, name="stands for both", free=(*mass.slots, wind.slots[0]))  # and not for the wind across
     selection = selection_of([mass, wind, both])
-    (joined,) = selection.ranked([], selection.fit.values, [both])
-    assert all(joined.price < other.price for other in selection.ranked([], selection.fit.values, [mass, wind]))
+    (joined,) = selection.ranked(selection.present, [both])
+    assert all(joined.price < other.price for other in selection.ranked(selection.present, [mass, wind]))
     selection.put(joined.chosen, joined.fit)
     Beam(selection, least=least).search()
     assert {candidate.name for candidate in selection.chosen} == found

@@ -12,7 +12,7 @@ from noisy_flights import LEFT_OUT, flights_with
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import Fall, Finding, Gate, diagnose
-from sym2real.diagnosis.conclusion import summary, verdict
+from sym2real.diagnosis.conclusion import Parts, summary, verdict
 from sym2real.diagnosis.errors.floor import Floor
 from sym2real.diagnosis.errors.rungs import Stage, StageError, ladder, windows_of
 from sym2real.diagnosis.estimate.fit import Problems
@@ -100,20 +100,20 @@ def test_findings_that_improve_no_prediction_are_no_answer() -> None:
     gate = Gate(stage("base", 1.0, 1.0), stage("+ wind", 0.95, 0.99))
     problems = problems_of(800)
     found = (Finding("wind", {}, 1.0),)
-    assert verdict((), found, (), gate, problems) == "CANNOT_TELL"
-    said = summary("CANNOT_TELL", (), found, (), gate=gate, stages=())
+    assert verdict(Parts((), found, (), gate), problems) == "CANNOT_TELL"
+    said = summary("CANNOT_TELL", Parts((), found, (), gate))
     assert said.startswith("No answer: wind () is beyond chance, but no held-out error falls by 10 %")
     assert "that of position after 0.8 s falls by 5 %" in said
-    assert verdict((), found, (), Gate(stage("base", 1.0, 1.0), stage("+ wind", 0.5, 1.0)), problems) == "EFFECT"
+    assert verdict(Parts((), found, (), Gate(stage("base", 1.0, 1.0), stage("+ wind", 0.5, 1.0))), problems) == "EFFECT"
     worse = Gate(stage("base", 1.0, 1.0), stage("+ wind", 0.5, 1.2))
-    assert verdict((), found, (), worse, problems) == "CANNOT_TELL"
-    said = summary("CANNOT_TELL", (), found, (), gate=worse, stages=())
+    assert verdict(Parts((), found, (), worse), problems) == "CANNOT_TELL"
+    said = summary("CANNOT_TELL", Parts((), found, (), worse))
     assert "the held-out error of attitude after 0.8 s rises by 20 %" in said
     assert "attitude after 0.8 s rises by 20 %" in gate_line(worse, Fall(0.8, "position", 0.5))
 
 
 def test_effects_that_too_few_pieces_tell_of_are_named() -> None:
-    said = summary("CANNOT_TELL", (), (), (), gate=Gate(), stages=(), suspects={"drag": 0.97, "lag": 0.93})
+    said = summary("CANNOT_TELL", Parts(suspects={"drag": 0.97, "lag": 0.93}))
     assert said.startswith(
         "No answer: drag (97 %) or lag (93 %) would explain what is missing, but too few independent"
     )
@@ -124,48 +124,49 @@ def test_what_changes_no_prediction_is_not_missing() -> None:
     """A healthy flight whose delay is truly 5 ms: known beyond chance, and of no use to anybody."""
     delay = Finding("delay", {"value": about(0.005, 0.001, "s")}, 0.3, small=True)
     gate, problems = Gate(stage("base", 1.0, 1.0), stage("+ delay", 0.97, 0.99)), problems_of(800)
-    assert verdict((), (delay,), (), gate, problems) == "NOTHING_MISSING"
-    assert summary("NOTHING_MISSING", (), (delay,), (), gate=gate, stages=()) == (
+    assert verdict(Parts((), (delay,), (), gate), problems) == "NOTHING_MISSING"
+    assert summary("NOTHING_MISSING", Parts((), (delay,), (), gate)) == (
         "Nothing is missing beyond noise and small disturbances; small: delay (value 0.0050 ± 0.0020 s), beyond "
         "chance, and no error is larger by a tenth without it."
     )
     # One that an error needs, as where two undo each other; an error that rises; too little data; an unfinished search.
     needed, worse = (delay, Finding("lag", {}, 0.2)), Gate(stage("base", 1.0, 1.0), stage("+ delay", 0.97, 1.2))
-    assert verdict((), needed, (), gate, problems) == "CANNOT_TELL"
-    assert verdict((), (delay,), (), worse, problems) == "CANNOT_TELL"
-    assert verdict((), (delay,), (), gate, problems_of(300)) == "CANNOT_TELL"
-    assert verdict((), (delay,), (), gate, problems, finished=False) == "CANNOT_TELL"
+    assert verdict(Parts((), needed, (), gate), problems) == "CANNOT_TELL"
+    assert verdict(Parts((), (delay,), (), worse), problems) == "CANNOT_TELL"
+    assert verdict(Parts((), (delay,), (), gate), problems_of(300)) == "CANNOT_TELL"
+    assert verdict(Parts((), (delay,), (), gate), problems, finished=False) == "CANNOT_TELL"
 
 
 def test_where_predictions_judge_nothing_an_effect_is_no_answer_beside_what_is_left() -> None:
     """A thrust that was logged in no unit: the model falls, with a lag of its motors or without."""
     ends = [replace(stage(name, 3.0, 1.0), beats_hold=False) for name in ("base", "+ motor_lag")]
     found, left = (Finding("motor_lag", {}, 1.0),), (Leftover("thrust", "fz", 0.3, "", motion=0.5),)
-    assert verdict((), found, left, Gate(*ends), problems_of(800)) == "UNEXPLAINED"
-    assert verdict((), found, (), Gate(*ends), problems_of(800)) == "EFFECT"
+    assert verdict(Parts((), found, left, Gate(*ends)), problems_of(800)) == "UNEXPLAINED"
+    assert verdict(Parts((), found, (), Gate(*ends)), problems_of(800)) == "EFFECT"
     predicted = Gate(stage("base", 3.0, 1.0), stage("+ motor_lag", 2.0, 1.0))
-    assert verdict((), found, left, predicted, problems_of(800)) == "EFFECT"
+    assert verdict(Parts((), found, left, predicted), problems_of(800)) == "EFFECT"
     hover = Gate(
         *(replace(stage(name, size, 1.0), beats_hold=False) for name, size in (("base", 1.6), ("+ mass", 0.1)))
     )
-    assert verdict((), found, left, hover, problems_of(800)) == "EFFECT"  # of a hover few models predict anything
+    # Of a hover few models predict anything.
+    assert verdict(Parts((), found, left, hover), problems_of(800)) == "EFFECT"
 
 
 def test_a_threshold_that_leaves_its_command_something_to_explain_has_another_form() -> None:
     """Of another mass half of the time a limit of the thrust explains most, and no answer to the thrust."""
     found, gate = (Finding("limit:thrust", {}, 1.0),), Gate(stage("base", 3.0, 1.0), stage("+ limit:thrust", 2.0, 1.0))
     left = Leftover("thrust", "fz", 0.4, "", motion=0.5)
-    assert verdict((), found, (left,), gate, problems_of(800)) == "UNEXPLAINED"
-    said = summary("UNEXPLAINED", (), found, (left,), gate=gate, stages=())
+    assert verdict(Parts((), found, (left,), gate), problems_of(800)) == "UNEXPLAINED"
+    said = summary("UNEXPLAINED", Parts((), found, (left,), gate))
     assert "still depends on the same command" in said
     for key, feature in (("joint_friction:q", "q"), ("gain:thrust", "thrust")):
         other = (Finding(key, {}, 1.0),)
-        assert verdict((), other, (replace(left, explained_by=feature),), gate, problems_of(800)) == "EFFECT"
+        assert verdict(Parts((), other, (replace(left, explained_by=feature),), gate), problems_of(800)) == "EFFECT"
     elsewhere = replace(left, channel="limit:thrust", explained_by="speed")
-    assert verdict((), found, (replace(elsewhere, r2=0.95),), gate, problems_of(800)) == "UNEXPLAINED"
-    assert verdict((), found, (elsewhere,), gate, problems_of(800)) == "EFFECT"
+    assert verdict(Parts((), found, (replace(elsewhere, r2=0.95),), gate), problems_of(800)) == "UNEXPLAINED"
+    assert verdict(Parts((), found, (elsewhere,), gate), problems_of(800)) == "EFFECT"
     for other in (replace(left, explained_by="height"), replace(left, motion=0.001)):
-        assert verdict((), found, (other,), gate, problems_of(800)) == "EFFECT"
+        assert verdict(Parts((), found, (other,), gate), problems_of(800)) == "EFFECT"
 
 
 def test_a_misfit_that_predictions_do_not_show_is_none() -> None:
@@ -190,8 +191,8 @@ def test_predictions_far_from_the_floor_leave_something_where_every_residual_is_
 @pytest.mark.parametrize(("steps", "answer"), [(75, "CANNOT_TELL"), (800, "UNEXPLAINED")])
 def test_what_is_left_of_a_second_or_two_is_no_answer(steps: int, answer: str) -> None:
     misfit = find_misfit(1.5)
-    assert verdict((), (), misfit, Gate(), problems_of(steps)) == answer
-    said = summary(answer, (), (), misfit, gate=Gate(), stages=())  # type: ignore[arg-type]
+    assert verdict(Parts((), (), misfit), problems_of(steps)) == answer
+    said = summary(answer, Parts((), (), misfit))  # type: ignore[arg-type]
     assert said.startswith("Too little data") == (answer == "CANNOT_TELL")
     assert "1.22 times that of noise" in said
 
@@ -202,12 +203,12 @@ def test_fewer_than_ten_pieces_are_no_answer_whatever_was_found(faults: tuple[Fa
     found = (Finding("wind", {}, 1.0, provisional=True),)
     few = problems_of(300)
     assert few.block_count < SETTINGS.fewest_pieces
-    assert verdict(faults, found, (), gate, few) == "CANNOT_TELL"
-    said = summary("CANNOT_TELL", faults, found, (), gate=gate, stages=())
+    assert verdict(Parts(faults, found, (), gate), few) == "CANNOT_TELL"
+    said = summary("CANNOT_TELL", Parts(faults, found, (), gate))
     assert "erhaps missing: wind" in said
     assert "no finding can be tested" in said
     assert said.startswith("The data show sensor_sign:wy; too little data" if faults else "Too little data")
-    assert verdict(faults, (), (), Gate(), few) == "CANNOT_TELL"
+    assert verdict(Parts(faults), few) == "CANNOT_TELL"
 
 
 def test_the_sentence_begins_with_the_verdict() -> None:
@@ -215,26 +216,26 @@ def test_the_sentence_begins_with_the_verdict() -> None:
     lag = Finding("lag", {"value": about(0.0044, 0.001, "s")}, 0.5, group=("lag", "lag:wx_cmd"), small=True)
     left = (Leftover("wz_cmd", "tz", 0.11, "", motion=0.5), Leftover("time", "fx", 0.2, "", motion=0.001))
     gate = Gate(stage("base", 1.0, 1.0), stage("+ lag", 1.01, 1.01))
-    said = summary("UNEXPLAINED", (), (lag,), left, gate=gate, stages=())
+    said = summary("UNEXPLAINED", Parts((), (lag,), left, gate))
     assert said.startswith(
         "Something is missing that none of the tested effects explains: a disturbance along tz that depends on wz_cmd "
         "(R² 0.11); beside it lag (value 0.0044 ± 0.0020 s) is beyond chance, but no held-out error falls by 10 %: "
         "that of position after 0.8 s rises by 1 %; a disturbance along fx that depends on time is left"
     )
     assert "position after 0.8 s rises by 1 %" in gate_line(gate, Fall(0.8, "position", -0.01))
-    minor = summary("NOTHING_MISSING", (), (), left[1:], gate=Gate(), stages=())
+    minor = summary("NOTHING_MISSING", Parts((), (), left[1:]))
     assert minor.startswith("Nothing is missing beyond noise and small disturbances; a disturbance along fx")
     fallen = Gate(stage("base", 1.0, 1.0), stage("+ lag", 0.5, 1.0))
-    said = summary("EFFECT", (), (lag,), left[:1], gate=fallen, stages=())
+    said = summary("EFFECT", Parts((), (lag,), left[:1], fallen))
     assert "depends on wz_cmd is left (R² 0.11); what was found may stand for a part of that" in said
-    assert "may stand" not in summary("EFFECT", (), (lag,), left[1:], gate=fallen, stages=())
+    assert "may stand" not in summary("EFFECT", Parts((), (lag,), left[1:], fallen))
 
 
 def test_beside_a_fault_what_predictions_do_not_bear_out_is_not_missing() -> None:
     fault, found = Fault("sensor_sign:wy", "reversed"), (Finding("wind", {}, 1.0, group=("wind", "mounting_tilt")),)
     gate = Gate(stage("base", 1.0, 1.0), stage("+ wind", 0.95, 0.99))
-    assert verdict((fault,), found, (), gate, problems_of(800)) == "EFFECT"
-    said = summary("EFFECT", (fault,), found, (), gate=gate, stages=())
+    assert verdict(Parts((fault,), found, (), gate), problems_of(800)) == "EFFECT"
+    said = summary("EFFECT", Parts((fault,), found, (), gate))
     assert said == (
         "The data show sensor_sign:wy; beside it wind () is beyond chance, but no held-out error falls by 10 %: "
         "that of position after 0.8 s falls by 5 %."
@@ -245,17 +246,17 @@ def test_what_changes_no_prediction_stands_behind_what_does() -> None:
     lag = Finding("lag", {"value": about(0.0044, 0.001, "s")}, 0.5, group=("lag", "lag:wx_cmd"), small=True)
     found = (lag, Finding("wind", {}, 0.5, group=("wind", "mounting_tilt")))
     gate = Gate(stage("base", 1.0, 1.0), stage("+ wind", 0.5, 1.0))
-    said = summary("EFFECT", (), found, (), gate=gate, stages=())
+    said = summary("EFFECT", Parts((), found, (), gate))
     assert said.startswith("Missing: wind (), or mounting_tilt; small: lag (value 0.0044 ± 0.0020 s), beyond chance")
     assert "or lag:wx_cmd" not in said
-    alone = summary("EFFECT", (), (lag,), (), gate=gate, stages=())
+    alone = summary("EFFECT", Parts((), (lag,), (), gate))
     assert alone == "Missing: lag (value 0.0044 ± 0.0020 s), or lag:wx_cmd."
 
 
 @pytest.mark.parametrize(("misfit", "answer"), [(975.0, "UNEXPLAINED"), (1.02, "EFFECT")])
 def test_a_fault_alone_is_an_answer_only_where_noise_is_left(misfit: float, answer: str) -> None:
     fault = Fault("sensor_sign:wy", "reversed")
-    assert verdict((fault,), (), find_misfit(misfit), Gate(), problems_of(800)) == answer
+    assert verdict(Parts((fault,), (), find_misfit(misfit)), problems_of(800)) == answer
 
 
 def test_blocks_are_a_second_and_a_half_of_one_log_and_leave_nothing_out() -> None:
@@ -278,7 +279,7 @@ def test_asking_for_rivals_changes_no_answer() -> None:
     tried = candidates(library, data)
     selection = Selection(Problems.of(problem, spread.whitening(*variances)), tried, library.null)
     (wrong,) = (one for one in tried if one.name == "linear_drag")
-    (scored,) = selection.ranked([], library.null, [wrong])
+    (scored,) = selection.ranked(selection.present, [wrong])
     selection.put([wrong], scored.fit)
     assert "wind" in groups_of(Near.of(selection))["linear_drag"]
     assert selection.chosen == [wrong]

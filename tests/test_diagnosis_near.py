@@ -38,7 +38,7 @@ def chosen(keys: tuple[str, ...], *names: str, flights: Dataset | None = None) -
     selection = Selection(Problems.of(problem, spread.whitening(*variances)), tried, library.null)
     for name in names:
         (one,) = (other for other in tried if other.name == name)
-        (scored,) = selection.ranked(selection.chosen, selection.fit.values, [one])
+        (scored,) = selection.ranked(selection.present, [one])
         selection.put([*selection.chosen, one], scored.fit)
     return selection
 
@@ -87,10 +87,10 @@ def test_what_else_is_missing_does_not_stand_in_an_effects_place() -> None:
 def test_equal_losses_weigh_alike_and_a_lower_one_more() -> None:
     near = Near.of(chosen(("wind",)))
     folds = torch.rand(8, generator=torch.Generator().manual_seed(0), dtype=torch.float64)
-    assert near.weights(torch.stack([folds, folds])).tolist() == pytest.approx([0.5, 0.5])
+    assert near.weights(folds, folds).tolist() == pytest.approx([0.5, 0.5])
     left = max(1.0, near.selection.fit.total / near.selection.problems.whitening.freedom)
     worse = folds + 2 * left * math.log(3.0) / 8  # a likelihood three times smaller, whatever folds are drawn
-    assert near.weights(torch.stack([folds, worse])).tolist() == pytest.approx([0.75, 0.25])
+    assert near.weights(folds, worse).tolist() == pytest.approx([0.75, 0.25])
 
 
 def test_what_no_prediction_needs_is_dropped_and_what_it_needs_stays() -> None:
@@ -181,7 +181,7 @@ def test_what_joins_late_is_established_by_whole_logs(added: float, late: str, b
     selection = chosen(("wind", late), "wind", flights=flights)
     problem = selection.problems.problem
     rivals = [one for one in selection.candidates if one.name == late]
-    (larger,) = selection.ranked(selection.chosen, selection.fit.values, rivals)
+    (larger,) = selection.ranked(selection.present, rivals)
     assert Predicted(selection, problem.library, problem.data).bears_out(larger) is borne_out
 
 

@@ -76,7 +76,8 @@ def test_what_is_none_within_its_interval_does_not_stand_beside_what_is_there() 
     found = refuted(near)
     assert found is not None
     assert found.candidate is gain
-    selection.put(*selection.without(gain))
+    alone = selection.without(selection.present, gain)
+    selection.put(alone.chosen, alone.fit)
     assert refuted(Near.of(selection)) is None
 
 

@@ -14,8 +14,6 @@ from copy import copy
 from functools import partial
 from typing import Any
 
-import torch
-
 from sym2real.dataset import Dataset, Logs
 from sym2real.diagnosis.design.separation import with_advice
 from sym2real.diagnosis.errors.floor import floor_of_explained, no_higher_than_reached
@@ -26,7 +24,6 @@ from sym2real.diagnosis.estimate.weighing import Prepared
 from sym2real.diagnosis.faults.sanity import Question
 from sym2real.diagnosis.pipeline import prepare
 from sym2real.diagnosis.predict.candidate import Candidate, candidates
-from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.score.finding import Finding, findings
 from sym2real.diagnosis.score.held_out import Steps
 from sym2real.diagnosis.score.tried import Rival, Tried
@@ -152,12 +149,14 @@ def _judged(
 ) -> tuple[dict[str, Any], Mapping[str, Sequence[Rival]]]:
     """What an answer says of a hypothesis, and by effect that is supported what others bring in its place."""
     near = Near(selection, (), by_own_starts(selection, selection.present))
-    empty = {own.name: by_own_starts(selection, selection.set_of(*selection.without(own))) for own in selection.chosen}
+    without = {own.name: selection.without(selection.present, own) for own in selection.chosen}
+    empty = {name: by_own_starts(selection, rest) for name, rest in without.items()}
     beside = {key: 1.0 - near.present.loss / without.loss for key, without in empty.items()}
     supported, unneeded = _supported(keys, selection, prepared, beside)
     on_progress("trying other effects in its place")
     others = [candidate for candidate in prepared.tried if candidate.name not in keys]
-    places = [(own, _in_place(selection, own, others)) for own in selection.chosen]
+    ranked = [(own, selection.ranked(without[own.name], others)) for own in selection.chosen]
+    places = [(own, by_price(selection, sets)) for own, sets in ranked]
     rivals = {own.name: _rivals(near, own, empty[own.name], sets) for own, sets in places}
     outdone = tuple(own.name for own, sets in places if sets and _outdone(selection, own, sets[0], rivals[own.name][0]))
     refused = tuple(key for key in keys if key not in supported or key in outdone)
@@ -184,36 +183,26 @@ def _worth_a_line(rivals: Sequence[Rival], beside: float) -> Sequence[Rival]:
     return [rival for rival in rivals if rival.better or rival.gain > least][:MOST_RIVALS]
 
 
-def _candidate(key: str, library: Library, data: Dataset) -> Candidate:
-    """The effect as a hypothesis: as it competes, or with all its parameters where it does not."""
-    whole = Candidate(key, library.indices(key))
-    return next((candidate for candidate in candidates(library, data) if candidate.name == key), whole)
-
-
 def _fitted(prepared: Prepared, keys: Sequence[str]) -> tuple[Selection, float]:
     """The effects, chosen whatever they gain, the one that gains most first; their held-out gain together."""
-    own = tuple(_candidate(key, prepared.library, prepared.checked.data) for key in keys)
+    competing = {candidate.name: candidate for candidate in candidates(prepared.library, prepared.checked.data)}
+    # As each competes, or with all its parameters where it does not.
+    own = tuple(competing.get(key) or Candidate(key, prepared.library.indices(key)) for key in keys)
     selection = Selection(prepared.problems, own, prepared.origin)
     # As sure as a search must be, so that both say the same.
     selection.tried = max(len(own), len(prepared.tried))
     without = selection.present.loss
     while left := [candidate for candidate in own if candidate not in selection.chosen]:
-        ranking = selection.ranked(selection.chosen, selection.fit.values, left)
+        ranking = selection.ranked(selection.present, left)
         if not ranking:
             first, second = (" and ".join(candidate.name for candidate in some) for some in (left, selection.chosen))
             raise ModelError(f"{first} beside {second}: expected one of what these logs cannot tell apart, found both")
-        selection.put([*selection.chosen, ranking[0].candidate], ranking[0].fit)
+        selection.put(ranking[0].chosen, ranking[0].fit)
     if len(own) > 1:  # a delay's error has a kink at every step, which stops fits
         found = selection.present
         best = min((found, *selection.fitted_anew(found)), key=lambda effects: effects.fit.total)
         selection.put(best.chosen, best.fit)
     return selection, 1.0 - selection.present.loss / without
-
-
-def _in_place(selection: Selection, own: Candidate, others: list[Candidate]) -> list[EffectSet]:
-    """What others make of the logs in the place of an effect, beside what else is chosen; the best first."""
-    rest, fit = selection.without(own)
-    return by_price(selection, selection.ranked(rest, fit.values, others))
 
 
 def _rivals(near: Near, own: Candidate, without: EffectSet, sets: Sequence[EffectSet]) -> tuple[Rival, ...]:
@@ -229,7 +218,7 @@ def _rivals(near: Near, own: Candidate, without: EffectSet, sets: Sequence[Effec
     same = (*own.alike, *always_alike(own.name, library.equations))
     for scored in sets:
         key = library.key(scored.candidate.name)
-        weight = float(near.weights(torch.stack([near.present.held_out, scored.held_out]))[0])
+        weight = float(near.weights(near.present.held_out, scored.held_out)[0])
         more = scored.loss < (1 - SETTINGS.gain_beside) * near.present.loss
         better = more and weight <= SETTINGS.level and key not in same
         alike = not better and as_good(near, without.held_out, scored.held_out)
@@ -241,7 +230,7 @@ def _outdone(selection: Selection, own: Candidate, best: EffectSet, rival: Rival
     """Whether the best rival of an effect does more in its place, and leaves it nothing to do beside it."""
     if not rival.better:
         return False
-    both = by_price(selection, selection.ranked(best.chosen, best.fit.values, [own]))
+    both = by_price(selection, selection.ranked(best, [own]))
     return bool(both) and not (both[0].price < best.price and selection.significant(both[0].fit, own))
 
 

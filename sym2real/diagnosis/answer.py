@@ -8,17 +8,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sym2real.dataset import Logs
-from sym2real.diagnosis.conclusion import Verdict, summary, verdict
+from sym2real.diagnosis.conclusion import Parts, Verdict, summary, verdict
 from sym2real.diagnosis.errors.floor import Floor
 from sym2real.diagnosis.errors.regions import Where
 from sym2real.diagnosis.errors.rungs import Stage, cut_said
 from sym2real.diagnosis.faults.fault import Fault, with_sensors_of
 from sym2real.diagnosis.predict.competitors import NotTried
-from sym2real.diagnosis.score.finding import Finding, applied, findings_of
+from sym2real.diagnosis.score.finding import Finding, Scored, applied, findings_of
 from sym2real.diagnosis.score.held_out import Gate
 from sym2real.diagnosis.score.prediction_refit import PredictionRefit
 from sym2real.diagnosis.search.beam import SearchResult
-from sym2real.diagnosis.unexplained.explaining import Explained, disturbed_said
+from sym2real.diagnosis.unexplained.explaining import disturbed_said
 from sym2real.diagnosis.unexplained.leftover import Leftover
 from sym2real.diagnosis.unexplained.term import Term
 from sym2real.json_objects import fields_of
@@ -152,28 +152,20 @@ class Diagnosis:
         return {**known, "leftover": self._leftover(), "held_out_apart": self.apart}
 
 
-def conclude(explained: Explained) -> Diagnosis:
-    """The answer that findings, what is left beside them, and held-out errors make."""
-    scored, findings, leftovers = explained.scored, explained.scored.findings, explained.leftovers
-    result, prepared = scored.result, scored.result.prepared
-    faults, finished, gate = prepared.checked.faults, result.finished, scored.gate
+def conclude(scored: Scored, leftovers: tuple[Leftover, ...], proposal: Term | None) -> Diagnosis:
+    """The answer that findings and held-out errors, and what is left beside them, make."""
+    findings, result, prepared = scored.findings, scored.result, scored.result.prepared
     suspects = {} if findings or not any(leftover.matters for leftover in leftovers) else result.suspects()
-    parts = (faults, findings, leftovers)
-    answer = verdict(*parts, gate, prepared.problems, finished=finished, suspects=suspects)
-    said: dict[str, Any] = {"interrupted": "" if finished else "the search", "suspects": suspects}
+    parts = Parts(prepared.checked.faults, findings, leftovers, scored.gate, scored.stages, suspects)
+    answer = verdict(parts, prepared.problems, finished=result.finished)
     return Diagnosis(
         verdict=answer,
-        summary=summary(answer, *parts, gate=gate, stages=scored.stages, **said),
-        faults=faults,
-        findings=findings,
-        leftovers=leftovers,
-        suspects=suspects,
-        proposal=explained.proposal,
-        ladder=scored.stages,
+        summary=summary(answer, parts, interrupted="" if result.finished else "the search"),
+        **vars(parts),
+        proposal=proposal,
         floor=scored.floor,
         held_out=scored.steps.names_of(prepared.scored),
         apart=prepared.question.held_out is not None,
-        gate=gate,
         notes=(*result.notes, *disturbed_said(scored.floor), *cut_said(scored.horizons, prepared.question.horizon)),
         **_of_search(result),
     )
@@ -181,9 +173,9 @@ def conclude(explained: Explained) -> Diagnosis:
 
 def unscored(result: SearchResult) -> Diagnosis:
     """What the search has found, where the scoring was interrupted: nothing is established."""
-    faults, findings = result.prepared.checked.faults, findings_of(result)
-    sentence = summary("CANNOT_TELL", faults, findings, (), gate=Gate(), stages=(), interrupted="the scoring")
-    return Diagnosis("CANNOT_TELL", sentence, faults, findings, notes=result.notes, **_of_search(result))
+    parts = Parts(result.prepared.checked.faults, findings_of(result))
+    sentence = summary("CANNOT_TELL", parts, interrupted="the scoring")
+    return Diagnosis("CANNOT_TELL", sentence, **vars(parts), notes=result.notes, **_of_search(result))
 
 
 def _of_search(result: SearchResult) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Literal
 
 from sym2real.diagnosis.data.segments import BLOCK_SECONDS
@@ -20,16 +21,19 @@ from sym2real.effects.few_words import in_few_words
 Verdict = Literal["EFFECT", "NOTHING_MISSING", "UNEXPLAINED", "CANNOT_TELL"]
 
 
-def verdict(
-    faults: Sequence[Fault],
-    findings: Sequence[Finding],
-    leftovers: Sequence[Leftover],
-    gate: Gate,
-    problems: Problems,
-    *,
-    finished: bool = True,
-    suspects: Mapping[str, float] | None = None,
-) -> Verdict:
+@dataclass(frozen=True)
+class Parts:
+    """What an answer is made of, as :class:`~sym2real.diagnosis.Diagnosis` holds it under the same names."""
+
+    faults: tuple[Fault, ...] = ()
+    findings: tuple[Finding, ...] = ()
+    leftovers: tuple[Leftover, ...] = ()
+    gate: Gate = field(default_factory=Gate)
+    ladder: tuple[Stage, ...] = ()
+    suspects: Mapping[str, float] = field(default_factory=dict)
+
+
+def verdict(parts: Parts, problems: Problems, *, finished: bool = True) -> Verdict:
     """Which of the four answers the parts make; findings that do not improve long predictions are no answer.
 
     Fewer than ten independent blocks leave no test, and an unfinished search cannot say that nothing is missing, or
@@ -39,6 +43,7 @@ def verdict(
     Nothing is missing where no error is larger by a tenth without any of the findings, nor without all of them. What
     commands between the rows may have done is no effect, nor is a threshold that leaves something of its command.
     """
+    findings, leftovers, gate = parts.findings, parts.leftovers, parts.gate
     unexplained = any(leftover.matters for leftover in leftovers)
     borne_out = gate.before is None or gate.beats_hold or gate.fallen
     clear = any(not (finding.doubtful or _of_another_form(finding, leftovers)) for finding in findings)
@@ -48,36 +53,27 @@ def verdict(
     if established:
         return "EFFECT"
     if unexplained:
-        return "CANNOT_TELL" if suspects else "UNEXPLAINED"
-    if faults:
+        return "CANNOT_TELL" if parts.suspects else "UNEXPLAINED"
+    if parts.faults:
         return "EFFECT"
     return "NOTHING_MISSING" if all(finding.small for finding in findings) and not gate.worse else "CANNOT_TELL"
 
 
-def summary(
-    answer: Verdict,
-    faults: Sequence[Fault],
-    findings: Sequence[Finding],
-    leftovers: Sequence[Leftover],
-    *,
-    gate: Gate,
-    stages: Sequence[Stage],
-    interrupted: str = "",
-    suspects: Mapping[str, float] | None = None,
-) -> str:
+def summary(answer: Verdict, parts: Parts, interrupted: str = "") -> str:
     """One sentence a person reads, the verdict first.
 
     Args:
-        answer, faults, findings, leftovers, gate, stages: what it is made of.
+        answer: of :func:`verdict`.
+        parts: what it is made of.
         interrupted: what was, search or scoring, if anything.
-        suspects: effects that explain so much of what is left each, but not beyond chance.
     """
+    findings, leftovers, gate = parts.findings, parts.leftovers, parts.gate
     left = [f"{leftover.statement} ({leftover.measure})" for leftover in leftovers if leftover.matters]
     rest = [f"{leftover.statement} is left ({leftover.measure})" for leftover in leftovers]
-    minor = [said for said, leftover in zip(rest, leftovers, strict=True) if not leftover.matters]
+    minor = [words for words, leftover in zip(rest, leftovers, strict=True) if not leftover.matters]
     # An effect outside the catalogue pulls at those inside.
     doubt = ["what was found may stand for a part of that"] if left and findings else []
-    parts = ["the data show " + ", ".join(fault.name for fault in faults)] if faults else []
+    said = ["the data show " + ", ".join(fault.name for fault in parts.faults)] if parts.faults else []
     if answer == "EFFECT":
         # Where predictions do not bear out what was found, the faults are the answer.
         # Announced are those without which an error is larger by a tenth, or all, where they are needed together alone.
@@ -85,20 +81,20 @@ def summary(
         announced = [finding for finding in clear if not finding.small] or clear
         small = [finding for finding in clear if finding not in announced]
         unclear = _beside([finding for finding in findings if finding.doubtful], gate)
-        found = [*_missing(announced, stages), *rest, *doubt, *_small(small), *unclear]
-        parts += found if gate.passed else [*_beside(findings, gate), *rest]
+        found = [*_missing(announced, parts.ladder), *rest, *doubt, *_small(small), *unclear]
+        said += found if gate.passed else [*_beside(findings, gate), *rest]
     elif answer == "UNEXPLAINED":
-        parts.append(f"something is missing that none of the tested effects explains: {' and '.join(left)}")
-        parts += [*_beside(findings, gate, leftovers), *minor]
+        said.append(f"something is missing that none of the tested effects explains: {' and '.join(left)}")
+        said += [*_beside(findings, gate, leftovers), *minor]
     elif answer == "NOTHING_MISSING":
-        parts += ["nothing is missing beyond noise and small disturbances", *rest, *_small(findings)]
-    elif suspects:
-        parts += [_suspected(suspects), *rest]
+        said += ["nothing is missing beyond noise and small disturbances", *rest, *_small(findings)]
+    elif parts.suspects:
+        said += [_suspected(parts.suspects), *rest]
     else:
-        parts += [*_no_answer(findings, gate, interrupted), *rest]
+        said += [*_no_answer(findings, gate, interrupted), *rest]
     if interrupted and answer != "CANNOT_TELL":
-        parts.append(f"{interrupted} was interrupted before it ended")
-    sentence = "; ".join(parts)
+        said.append(f"{interrupted} was interrupted before it ended")
+    sentence = "; ".join(said)
     return sentence[:1].upper() + sentence[1:] + "."
 
 

@@ -85,9 +85,9 @@ def diagnose(
     result = search(prepared, stages)
     scored = stages.try_to("scoring on held-out data", score, result)
     explained = scored and stages.try_to("explaining what is left", explain_rest, scored)
-    answer = conclude(explained) if explained else unscored(result)
-    if explained and answer.established:
-        refit = stages.try_to("refitting for prediction", refit_for_prediction, explained.scored)
+    answer = conclude(scored, *explained) if scored and explained else unscored(result)
+    if scored and answer.established:
+        refit = stages.try_to("refitting for prediction", refit_for_prediction, scored)
         answer = replace(answer, prediction=refit)
     advise = partial(with_advice, equations=prepared.model, whitening=prepared.whitening, plant=prepared.plant)
     findings = stages.try_to("looking for manoeuvres that would tell more", advise, answer.findings)

@@ -148,11 +148,6 @@ def segments_at(
     )
 
 
-def with_velocities(segments: Segments) -> Segments:
-    """The same pieces with velocities compared as well, of data in which they are no differences of positions."""
-    return comparing(segments, (*COMPARED, "velocity"))
-
-
 def comparing(segments: Segments, names: Collection[str]) -> Segments:
     """The same pieces with the fields of these names compared."""
     compared, channel = compared_components(segments.layout, names)
@@ -223,10 +218,7 @@ def folds_of(segments: Segments) -> NDArray[np.int64]:
     """Fold of every segment ``# (S,)``: leave one log out; few logs are parted further in time."""
     log = segments.log
     parts = max(1, ceil(FEWEST_FOLDS / len(np.unique(log))))
-    folds = np.zeros(len(log), dtype=np.int64)
-    for index in np.unique(log):
-        mine = np.flatnonzero(log == index)
-        folds[mine] = index * parts + np.arange(len(mine)) * parts // len(mine)
+    folds = log * parts + number_in_log(log) * parts // np.bincount(log)[log]
     return np.unique(folds, return_inverse=True)[1].astype(np.int64)
 
 

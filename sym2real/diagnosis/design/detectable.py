@@ -154,7 +154,7 @@ def _smooth(
     information = fit.curvature.sum(0)
     sizes = (needed / information.diagonal().clamp_min(1e-300)).sqrt()
     if tried is not None and smooth:  # measured logs also tell what is narrow from trim
-        own = [fit.part(places[candidate.name]) for candidate in smooth]
+        own = [fit.part(candidate.free) for candidate in smooth]
         gains = [least_gain(problems, one, library.null, 2) for one in smooth]
         least = np.repeat(gains, [len(one.free) for one in smooth])
         sizes *= torch.as_tensor(least).div(SETTINGS.gain_beside).sqrt()

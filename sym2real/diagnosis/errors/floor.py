@@ -171,7 +171,7 @@ def _no_larger_than_one_step(noise: SensorNoise, model: DynamicsModel, data: Dat
     if len(together) < 2:  # a single window has no deviation
         return noise
     most = together.std(0).numpy()
-    return noise.with_deviation(tuple(range(data.layouts.state.tangent_size)), np.minimum(noise.deviation, most))
+    return replace(noise, deviation=np.minimum(noise.deviation, most))
 
 
 def floor_of_explained(

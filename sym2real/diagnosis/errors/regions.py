@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import label
 
 from sym2real.dataset import Logs
 from sym2real.diagnosis.errors.by_window import WindowErrors, window_errors
@@ -172,12 +173,9 @@ def _worst_range(values: Array, target: Array) -> NDArray[np.bool_]:
     levels = predicted[order]
     worst = float(levels.max())
     bad = 2 * levels >= worst + min(worst, float(target.mean()))  # the mean of equal numbers may be rounded up
-    first = int(np.argmax(levels))
-    before, after = np.flatnonzero(~bad[:first]), np.flatnonzero(~bad[first:])
-    start = before[-1] + 1 if len(before) else 0
-    stop = first + after[0] if len(after) else len(levels)
-    inside = np.zeros(len(values), dtype=bool)
-    inside[order[start:stop]] = True
+    number, _ = label(bad)  # of the run of such windows that each is in
+    inside = np.empty(len(values), dtype=bool)
+    inside[order] = number == number[levels.argmax()]
     return inside
 
 

@@ -138,9 +138,7 @@ def ladder(
         after: part of every log behind which windows start.
     """
     steps = {horizon: round(horizon / data.dt) for horizon in horizons}
-    if not steps:
-        return []
-    windows = windows_of(data, max(steps.values()), after)
+    windows = windows_of(data, max(steps.values()), after) if steps else None
     if windows is None:
         return []
     problem = Problem(library, data, windows)

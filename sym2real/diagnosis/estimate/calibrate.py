@@ -22,7 +22,7 @@ import torch
 from torch import Tensor
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.data.segments import Segments, cut, with_velocities
+from sym2real.diagnosis.data.segments import COMPARED, Segments, comparing, cut
 from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.full_model import improved
 from sym2real.diagnosis.estimate.quadratic import Fit, Free, Hypothesis
@@ -60,7 +60,7 @@ def refined(library: Library, flown: Dataset, logs: Dataset) -> Equations:
     free = _of_constants(library.base)
     if given.total(library.null) < SETTINGS.worth_saying * given.whitening.freedom or len(free.slots) > MOST_CONSTANTS:
         return library.base
-    problems, start = _weighed(free, with_velocities(segments), flown, noise), free.null
+    problems, start = _weighed(free, comparing(segments, (*COMPARED, "velocity")), flown, noise), free.null
     values = improved(problems, tuple(range(len(free.slots))), start, start, REFINING_STEPS)
     found = dict(zip((slot.parameter.name for slot in free.slots), values.tolist(), strict=True))
     return replace(lifted(library.base), parameters={**library.base.parameters, **found})
@@ -166,13 +166,12 @@ def calibrated(library: Library, candidates: Sequence[Candidate], data: Dataset,
 
 def _worth_it(problems: Problems, everything: Fit, rivals: Sequence[Candidate], least: float) -> list[Candidate]:
     """Candidates that lower the quadratic model's loss by ``least`` each, the best first."""
-    places = {slot: place for place, slot in enumerate(everything.free)}
     chosen: list[Candidate] = []
     saved = 0.0
     while len(chosen) < MOST_EFFECTS:
         trials = []
         for candidate in (candidate for candidate in rivals if candidate not in chosen):
-            part = everything.part([places[slot] for other in (*chosen, candidate) for slot in other.free])
+            part = everything.part([slot for other in (*chosen, candidate) for slot in other.free])
             step = problems.best_step(part)
             change = 2 * part.gradient.sum(0) @ step + step @ part.curvature.sum(0) @ step
             # To first order a delay does what a lag does: which of two saves more must not be left to rounding.

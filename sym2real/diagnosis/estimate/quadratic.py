@@ -57,24 +57,29 @@ class Fit:
         """All that is free."""
         return (*self.free, *self.held)
 
-    def part(self, places: Sequence[int]) -> Fit:
+    def places(self, slots: Sequence[int]) -> list[int]:
+        """Where some of the free parameters stand among all of them."""
+        return [self.free.index(slot) for slot in slots]
+
+    def part(self, slots: Sequence[int]) -> Fit:
         """The same with some of the free parameters only, and the nuisance."""
-        index = [*places, *range(len(self.free), len(self.whole))]
+        index = [*self.places(slots), *range(len(self.free), len(self.whole))]
         return replace(
             self,
-            free=tuple(self.free[i] for i in places),
+            free=tuple(slots),
             gradient=self.gradient[:, index],
             curvature=self.curvature[:, index][:, :, index],
         )
 
-    def without(self, places: Sequence[int], step: Tensor) -> Fit:
-        """The same with some of the free parameters moved by a step ``# (len(places),)`` and no longer free."""
+    def without(self, slots: Sequence[int], step: Tensor) -> Fit:
+        """The same with some of the free parameters moved by a step ``# (len(slots),)`` and no longer free."""
+        places = self.places(slots)
         rest = [place for place in range(len(self.whole)) if place not in places]
         gone, across = self.curvature[:, places][:, :, places], self.curvature[:, rest][:, :, places]
         gradient = self.gradient[:, places]
         return replace(
             self,
-            free=tuple(slot for place, slot in enumerate(self.free) if place not in places),
+            free=tuple(slot for slot in self.free if slot not in slots),
             loss=self.loss + 2 * gradient @ step + torch.einsum("a,sab,b->s", step, gone, step),
             gradient=self.gradient[:, rest] + across @ step,
             curvature=self.curvature[:, rest][:, :, rest],

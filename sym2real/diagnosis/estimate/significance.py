@@ -114,12 +114,12 @@ class Distance:
         """
         if candidate.needs_start:
             return cls._of_part(problems, fit, candidate, origin)
-        places, slots = [fit.free.index(slot) for slot in candidate.free], candidate.slots
+        slots = candidate.slots
         known, without = fit.values[slots], origin[slots]
         pairs = zip(candidate.free, known.tolist(), without.tolist(), strict=True)
         neutral = torch.tensor([problems.nuisance.nearest(*pair) for pair in pairs], dtype=torch.float64)
         away = (known - neutral) / problems.library.scale[slots]
-        return cls(away, places, fit.gradient, fit.curvature)
+        return cls(away, fit.places(slots), fit.gradient, fit.curvature)
 
     @classmethod
     def _of_part(cls, problems: Problems, fit: Fit, candidate: Candidate, origin: Tensor) -> Distance:
@@ -146,8 +146,7 @@ class Distance:
         Where one cluster holds all that tells the parameters, they are none without it. J. MacKinnon,
         M. Nielsen, M. Webb, "Cluster-robust inference: a guide to empirical practice", J. Econometrics 232 (2023).
         """
-        spread, count = self._spread(clusters)
-        return chance_of(self.away, spread, count)
+        return chance_of(self.away, *self._spread(clusters))
 
     def sizes_at(self, chance: float, clusters: NDArray[np.int64]) -> Tensor:
         """How far from none each parameter alone must be for a probability ``# (n,)``; infinite with few clusters."""

@@ -116,9 +116,7 @@ class Steps:
     def __init__(self, model: Equations, predict: VisibleModel, data: Dataset) -> None:
         self.model, self._predict, self.data = model, predict, data
         self._state, self._action = data.layouts.state, data.layouts.action
-        lengths = [len(log) for log in data]
-        firsts = np.cumsum([0, *lengths[:-1]])
-        rows = np.concatenate([np.arange(n - 1) + first for n, first in zip(lengths, firsts, strict=True)])
+        rows = np.delete(np.arange(data.rows), np.cumsum([len(log) for log in data]) - 1)  # a log's last has no step
         self._rows = rows[:: max(1, len(rows) // MOST_ROWS)]
         state, inputs = (
             torch.as_tensor(np.concatenate([getattr(log, k) for log in data])) for k in ("state", "inputs")

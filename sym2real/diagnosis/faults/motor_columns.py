@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 import torch
@@ -80,12 +79,10 @@ def turned_the_other_way(model: Equations, data: Dataset) -> Dataset | None:
     pushed = compile_function(expressions, [MOTORS])
     place, logs = data.layouts.action.indices(MOTORS), []
     for log in data:
-        action = log.action.copy()
-        motors = _mirrored(pushed, torch.as_tensor(action[:, place]))
+        motors = _mirrored(pushed, torch.as_tensor(log.action[:, place]))
         if motors is None:
             return None
-        action[:, place] = motors.numpy()
-        logs.append(replace(log, action=action))
+        logs.append(log.with_columns(dict(zip(MOTORS, motors.numpy().T, strict=True))))
     return Dataset(logs)
 
 
@@ -128,11 +125,10 @@ def spin_said(model: Equations, data: Dataset) -> tuple[str, str]:
     place = log.layouts.action.indices(MOTORS)
     # Where all four turn: those that stand answer a square with nothing.
     row = int(log.action[:, place].min(1).argmax())
-    sent = torch.as_tensor(log.action[row]).repeat(4, 1)
+    state, sent, inputs = (torch.as_tensor(part[row]).repeat(4, 1) for part in (log.state, log.action, log.inputs))
     more = sent.clone()
     more[:, place] += STEP * torch.eye(4, dtype=torch.float64)
-    predict, state = visible_in_double(at_period(model, data.dt)), torch.as_tensor(log.state[row]).repeat(4, 1)
-    inputs = torch.as_tensor(log.inputs[row]).repeat(4, 1)
+    predict = visible_in_double(at_period(model, data.dt))
     apart = predict(state, more, inputs) - predict(state, sent, inputs)
     spin = apart[:, log.layouts.state.index(RATE.columns[2])].sign()
     signs = " ".join(f"{-sign:.0f}" for sign in spin.tolist())

@@ -28,6 +28,7 @@ from dataclasses import dataclass, replace
 from math import sqrt
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.simulating import simulate
@@ -222,15 +223,11 @@ def _stretches(told: Sequence[Told], length: int, rows: int) -> Array:
     """Change, integral of the sensor so many rows later, time and change of the sensor ``# (stretches, 4)``."""
     found = []
     for time, value, change in told:
-        steps = np.diff(time)
-        added = np.concatenate([[0.0], np.cumsum(0.5 * (value[1:] + value[:-1]) * steps)])
         turned = np.concatenate([[0.0], np.cumsum(change)])
-        for first in range(max(0, -EARLIEST), len(value) - length - LATEST, length):
-            last = first + length
-            whole = added[last + rows] - added[first + rows]
-            moved = value[last + rows] - value[first + rows]
-            found.append((turned[last] - turned[first], whole, time[last] - time[first], moved))
-    return np.array(found).reshape(-1, 4)
+        first = np.arange(-EARLIEST, len(value) - length - LATEST, length)
+        moved = ((turned, 0), (cumulative_trapezoid(value, time, initial=0), rows), (time, 0), (value, rows))
+        found.append(np.stack([all_of[first + length + by] - all_of[first + by] for all_of, by in moved], axis=1))
+    return np.concatenate(found)
 
 
 def _fit(table: Array) -> tuple[Array, Array, Array]:

@@ -120,16 +120,6 @@ class Library:
         """Parts of a row of ``dt`` s, each with commands of its own."""
         return steps_within(self.equations, dt)
 
-    @property
-    def output(self) -> torch.jit.ScriptModule | None:
-        """(state, parameters) → what is measured, where an effect changes that."""
-        return _output(self.form)
-
-    @property
-    def hidden_start(self) -> torch.jit.ScriptModule | None:
-        """(state, action, inputs, parameters) → first values of hidden states."""
-        return _hidden_start(self.form)
-
     @cached_property
     def measuring(self) -> tuple[int, ...]:
         """Slots of effects that change what is measured."""
@@ -180,7 +170,8 @@ def _compiled(equations: Equations) -> torch.jit.ScriptModule:
 
 
 @lru_cache(maxsize=64)
-def _output(equations: Equations) -> torch.jit.ScriptModule | None:
+def output_of(equations: Equations) -> torch.jit.ScriptModule | None:
+    """(state, parameters) → what is measured, where an effect changes that."""
     if not equations.output:
         return None
     state = equations.layouts.state
@@ -190,7 +181,8 @@ def _output(equations: Equations) -> torch.jit.ScriptModule | None:
 
 
 @lru_cache(maxsize=64)
-def _hidden_start(equations: Equations) -> torch.jit.ScriptModule | None:
+def hidden_start_of(equations: Equations) -> torch.jit.ScriptModule | None:
+    """(state, action, inputs, parameters) → first values of hidden states."""
     if not equations.start:
         return None
     start = [without_quantities(equations, expression) for expression in equations.start.values()]

@@ -11,7 +11,7 @@ from torch import Tensor
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.segments import Segments, compared_fields, cut, padded
 from sym2real.diagnosis.predict.filtered import FilteredCommands
-from sym2real.diagnosis.predict.library import Library
+from sym2real.diagnosis.predict.library import Library, hidden_start_of, output_of
 from sym2real.effects.inputs import inputs_along
 from sym2real.effects.sensors import Sensors
 from sym2real.symbolic import rollout
@@ -144,7 +144,7 @@ class Problem:
         sent = commands[0][commands[1][:, None, None], log, ahead]
         known = self._inputs[log, ahead].expand(len(sets), -1, -1, -1)
         start = self._start(segments.start, sets, parameters, moves)
-        if library.hidden_start is not None:
+        if hidden_start_of(library.form) is not None:
             start = self._with_hidden(start, commands, parameters, sets, library.busy(sets, library.remembering))
         predicted = self._rolled_out(
             start,
@@ -194,7 +194,7 @@ class Problem:
         return start
 
     def _measured(self, states: Tensor, parameters: Tensor) -> Tensor:
-        output = self.library.output
+        output = output_of(self.library.form)
         if output is None:
             return states
         given = [states, parameters.expand(*states.shape[:-1], -1)] if parameters.shape[-1] else [states]
@@ -219,7 +219,7 @@ class Problem:
         return torch.cat([start, hidden], dim=-1)
 
     def _warmed_up(self, commands: tuple[Tensor, Tensor], sets: Tensor, parameters: Tensor) -> Tensor:
-        segments, first = self.segments, self.library.hidden_start
+        segments, first = self.segments, hidden_start_of(self.library.form)
         log, rows = torch.as_tensor(segments.log)[:, None], segments.rows_before()
         sent, known = commands[0][commands[1][:, None, None], log, rows], self._inputs[log, rows]
         before = self._start(segments.before, sets, parameters, None)

@@ -112,17 +112,13 @@ class Steps:
     """The models of a ladder.
 
     Args:
-        names: base, then what is added.
-        sets: of each, a parameter set per fold ``# (folds, P)``.
+        models: the base, then each with one effect more: name, and a parameter set per fold ``# (folds, P)``.
         fold_of: fold of each log; None for one fold.
-        last: the last effect added; None for the base alone.
         after: part of every log behind which predictions start, because the fit ends there.
     """
 
-    names: tuple[str, ...]
-    sets: tuple[Tensor, ...]
+    models: Sequence[tuple[str, Tensor]]
     fold_of: NDArray[np.int64] | None
-    last: Candidate | None
     after: float
 
     @classmethod
@@ -135,15 +131,13 @@ class Steps:
             same: the logs that are scored are those of the fit: each by parameters that it took no part in; the last
                 third of a single log by those of the rest.
         """
-        names, sets, done = ["base"], [library.null[None]], list[Candidate]()
+        models, done = [("base", library.null[None])], list[Candidate]()
         for candidate, fit in by_importance(selection):
             done.append(candidate)
-            sets.append(
-                left_out_sets(selection, done, fit) if same else parameter_set(selection, done, fit.values)[None]
-            )
-            names.append(f"+ {candidate.name}")
+            sets = left_out_sets(selection, done, fit) if same else parameter_set(selection, done, fit.values)[None]
+            models.append((f"+ {candidate.name}", sets))
         fold_of, after = (fold_of_log(selection), scored_after(selection)) if same else (None, 0.0)
-        return cls(tuple(names), tuple(sets), fold_of, done[-1] if done else None, after)
+        return cls(models, fold_of, after)
 
     def horizons(self, data: Dataset, longest: float | None) -> tuple[float, ...]:
         """Horizons (s) that the scored part of the logs is long enough for."""
@@ -155,13 +149,12 @@ class Steps:
 
     def ladder(self, library: Library, data: Dataset, horizons: Sequence[float]) -> tuple[Stage, ...]:
         """Errors of every model at horizons (s)."""
-        stages = list(zip(self.names, self.sets, strict=True))
-        return tuple(ladder(library, data, stages, self.fold_of, horizons=horizons, after=self.after))
+        return tuple(ladder(library, data, self.models, self.fold_of, horizons=horizons, after=self.after))
 
     def gate(self, library: Library, data: Dataset) -> Gate:
         """Errors of the first and the last model over a controller's horizon and over a free run."""
         judged = judged_horizons(data, self.after)
-        if not judged or self.last is None:
+        if not judged or len(self.models) == 1:
             return Gate()
-        pairs = [(self.names[place], self.sets[place]) for place in (0, -1)]
-        return Gate(*ladder(library, data, pairs, self.fold_of, horizons=judged, after=self.after))
+        ends = self.models[0], self.models[-1]
+        return Gate(*ladder(library, data, ends, self.fold_of, horizons=judged, after=self.after))

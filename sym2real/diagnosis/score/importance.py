@@ -41,15 +41,13 @@ def _ordered(selection: Selection) -> Ordered:
     order = _order(selection)
     problems, values = selection.problems, selection.origin
     ordered: Ordered = []
-    for number, candidate in enumerate(order, start=1):
-        if number == len(order):
-            return [*ordered, (candidate, selection.fit)]
+    for number, candidate in enumerate(order[:-1], start=1):
         values = values.clone()
         values[candidate.slots] = selection.fit.values[candidate.slots]
         (fit,) = problems.fit([Hypothesis(selection.free(order[:number]), values)], REFIT_STEPS)
         ordered.append((candidate, fit))
         values = fit.values
-    return ordered
+    return [*ordered, *((last, selection.fit) for last in order[-1:])]
 
 
 def _order(selection: Selection) -> list[Candidate]:

@@ -192,7 +192,7 @@ class Beam:
         names = effects.names - {left_out.name}
         if (effects.names, names) not in self._left_out:
             self._left_out.add((effects.names, names))
-            self._keep(self.selection.set_of(*self.selection.without_one(effects.chosen, effects.fit, left_out)))
+            self._keep(self.selection.without(effects, left_out))
         return self.sets[names]
 
     def _worth_its_size(self, effects: EffectSet) -> bool:
@@ -221,16 +221,14 @@ class Beam:
 
     def _look_around(self, effects: EffectSet) -> None:
         self.looked_around.add(effects.names)
-        chosen, values = list(effects.chosen), effects.fit.values
-        for left_out in chosen:
+        for left_out in effects.chosen:
             if self.selection.predicted_without(effects, left_out) < effects.price:
                 self._without(effects, left_out)
-        for larger in self.selection.larger(effects) if len(chosen) < SETTINGS.most_findings else []:
+        for larger in self.selection.larger(effects) if len(effects.chosen) < SETTINGS.most_findings else []:
             self._keep(larger)
-        if len(chosen) + 2 <= SETTINGS.most_findings and not self._grows(effects):
-            for pair, fit in hidden_pairs(self.selection, chosen, values):
-                larger = self.selection.set_of([*chosen, *pair], fit)
-                significant = all(self.selection.significant(fit, member) for member in pair)
+        if len(effects.chosen) + 2 <= SETTINGS.most_findings and not self._grows(effects):
+            for larger in hidden_pairs(self.selection, effects):
+                significant = all(self.selection.significant(larger.fit, member) for member in larger.chosen[-2:])
                 if significant and self.selection.surely_cheaper(larger, effects):
                     self._keep(larger)
 

@@ -59,8 +59,7 @@ def about(value: float, deviation: float, unit: str) -> Estimate:
 def estimates(selection: Selection, candidate: Candidate, fit: Fit, near: Near | None) -> dict[str, Estimate]:
     """Values of a chosen candidate in a fit of all, by parameter; intervals cover the choice of near sets."""
     found = {}
-    for index, value, half in _around(selection, candidate, fit, near):
-        slot = _parameter(selection, index)
+    for slot, value, half in _around(selection, candidate, fit, near):
         known = half < math.inf
         ends = (value - half, value + half) if known else (slot.low, slot.high)
         found[slot.name] = Estimate(value, *ends, slot.unit, known)
@@ -81,15 +80,15 @@ def _parameter(selection: Selection, index: int) -> Parameter:
 
 def _around(
     selection: Selection, candidate: Candidate, fit: Fit, near: Near | None
-) -> Iterator[tuple[int, float, float]]:
-    """Slot, reported value and half of its 95 % interval, of each parameter of a chosen candidate."""
+) -> Iterator[tuple[Parameter, float, float]]:
+    """Parameter, reported value and half of its 95 % interval, of each that a chosen candidate has."""
     problem, halves = selection.problems.problem, half_widths(selection.problems, fit)
     halves = torch.where(selection.problems.identifiable(fit), halves, math.inf)
     library = problem.library
     form = dict.fromkeys(candidate.slots, 0.0)
     if near is not None:
         form = dict(zip(candidate.slots, near.variances(candidate).tolist(), strict=True))
-    for place, index in zip(selection.places(selection.chosen, candidate), candidate.free, strict=True):
+    for place, index in zip(fit.places(candidate.free), candidate.free, strict=True):
         effect, slot = library.effects[library.slots[index].effect], _parameter(selection, index)
         value = reported(float(fit.values[index]), float(selection.origin[index]), slot)
         reference = value - slot.null if slot.null in (0.0, 1.0) else value
@@ -97,7 +96,7 @@ def _around(
         by_torque = SETTINGS.stiffness * effect.of.by_torque(effect.body)
         by_form = SETTINGS.interval_floor**2 + by_torque**2
         squares = (float(halves[place]) * slot.scale) ** 2 + TWO_SIDED**2 * form[index] + by_form * reference**2
-        yield index, value, (squares + _unresolved(problem, effect.of, slot) ** 2) ** 0.5
+        yield slot, value, (squares + _unresolved(problem, effect.of, slot) ** 2) ** 0.5
 
 
 def _unresolved(problem: Problem, kind: Kind, slot: Parameter) -> float:
@@ -137,6 +136,6 @@ def spread_over_logs(selection: Selection, candidate: Candidate, fit: Fit) -> di
     steps = [problems.best_step(fit.of_segments(log == index)) for index in log.unique()]
     if len(steps) < 2:
         return {}
-    deviation, places = torch.stack(steps).std(dim=0), selection.places(selection.chosen, candidate)
+    deviation, places = torch.stack(steps).std(dim=0), fit.places(candidate.free)
     slots = [_parameter(selection, index) for index in candidate.free]
     return {slot.name: float(deviation[place]) * slot.scale for place, slot in zip(places, slots, strict=True)}

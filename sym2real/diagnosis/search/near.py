@@ -85,7 +85,8 @@ class Near:
         return {place.candidate.name: self._weight(place, groups or {}) for place in self.places}
 
     def _weight(self, place: Place, groups: Mapping[str, Collection[str]]) -> float:
-        group, weights = groups.get(place.candidate.name, ()), self.weights(self._around(place))
+        sets = [self.present, place.empty, *place.rivals]
+        group, weights = groups.get(place.candidate.name, ()), self.weights(*(effects.held_out for effects in sets))
         alike = [rival.candidate.name in group for rival in place.rivals]
         return float(weights[torch.tensor([True, False, *alike])].sum())
 
@@ -94,24 +95,20 @@ class Near:
         others = [place for place in self.places if place.candidate is not candidate]
         sets = [self.present, *self.larger, *(one for place in others for one in (place.empty, *place.rivals))]
         values = torch.stack([effects.fit.values[candidate.slots] for effects in sets])
-        return self.weights(torch.stack([effects.held_out for effects in sets])) @ (values - values[0]).square()
+        return self.weights(*(effects.held_out for effects in sets)) @ (values - values[0]).square()
 
-    def weights(self, losses: Tensor) -> Tensor:
-        """Weights of sets by their losses per fold ``# (sets, folds) -> (sets,)``."""
+    def weights(self, *losses: Tensor) -> Tensor:
+        """Weights of sets ``# (sets,)`` by the losses per fold of each ``# (folds,)``."""
         whitening = self.selection.problems.whitening
-        evidence = -0.5 * losses / max(1.0, self.selection.fit.total / whitening.freedom)
+        evidence = -0.5 * torch.stack(losses) / max(1.0, self.selection.fit.total / whitening.freedom)
         folds = evidence.shape[1]
         drawn = torch.as_tensor(np.random.default_rng(0).dirichlet(np.ones(folds), DRAWS)) * folds
         return torch.softmax(drawn @ evidence.T, dim=1).mean(0)
 
-    def _around(self, place: Place) -> Tensor:
-        """Losses per fold of the chosen set, and of those that differ in one place ``# (1 + 1 + rivals, folds)``."""
-        return torch.stack([self.present.held_out, place.empty.held_out, *(rival.held_out for rival in place.rivals)])
-
 
 def _place(selection: Selection, candidate: Candidate, joined: Mapping[str, float], present: EffectSet) -> Place:
     """The place of an effect of the present set; of others, by their names, what that costs with them (``joined``)."""
-    rest = selection.set_of(*selection.without(candidate))
+    rest = selection.without(selection.present, candidate)
     others = [
         other
         for other in selection.larger(rest)
@@ -169,4 +166,4 @@ def as_good(near: Near, without: Tensor, rival: Tensor) -> bool:
     if price(float(rival.sum()), count) >= price(float(without.sum()), count - 1) and not nearly:
         return False
     beyond = 1.0 - float(chosen.sum()) / float(rival.sum())
-    return beyond < SETTINGS.gain_beside or float(near.weights(torch.stack([chosen, rival]))[1]) > SETTINGS.level
+    return beyond < SETTINGS.gain_beside or float(near.weights(chosen, rival)[1]) > SETTINGS.level

@@ -78,10 +78,8 @@ class Predicted:
 
     def without_each(self) -> tuple[Stage, list[Stage]]:
         """Errors with all that was chosen, and without each of it."""
-        selection = self.selection
-        whole, *others = self._by(
-            [(selection.chosen, selection.fit), *(selection.without(candidate) for candidate in selection.chosen)]
-        )
+        selection, present = self.selection, self.selection.present
+        whole, *others = self._by([present, *(selection.without(present, member) for member in present.chosen)])
         return whole, others
 
     def small(self) -> tuple[Candidate, ...]:
@@ -96,7 +94,7 @@ class Predicted:
         """
         if not self.horizons:
             return True
-        whole, other = self._by([(larger.chosen, larger.fit), (self.selection.chosen, self.selection.fit)])
+        whole, other = self._by([larger, self.selection.present])
         needed = largest_rise(whole, other) > 1.0 and not _changes_little(whole, other)
         return no_worse(whole, other) and (needed or self.established(larger.fit, larger.candidate))
 
@@ -109,14 +107,13 @@ class Predicted:
         """Of sets with one effect more than was chosen, that whose one predictions need most; None if none."""
         if not (larger and self.horizons):
             return None
-        chosen = [(self.selection.chosen, self.selection.fit), *((other.chosen, other.fit) for other in larger)]
-        without, *others = self._by(chosen)
+        without, *others = self._by([self.selection.present, *larger])
         rises = [largest_rise(other, without) for other in others]
         return larger[int(np.argmax(rises))] if max(rises) > 1.0 else None
 
-    def _by(self, models: Sequence[tuple[Sequence[Candidate], Fit]]) -> list[Stage]:
+    def _by(self, sets: Sequence[EffectSet]) -> list[Stage]:
         selection, after = self.selection, scored_after(self.selection)
-        stages = [("", left_out_sets(selection, chosen, fit)) for chosen, fit in models]
+        stages = [("", left_out_sets(selection, effects.chosen, effects.fit)) for effects in sets]
         folds = fold_of_log(selection)
         return ladder(self.library, self.logs, stages, folds, horizons=self.horizons, after=after)
 
@@ -136,7 +133,8 @@ def keep_needed(predicted: Predicted) -> Needed:
         if not rises:
             small = _small(selection.chosen, whole, others)
             break
-        selection.put(*selection.without(selection.chosen[min(rises, key=rises.__getitem__)]))
+        fewer = selection.without(selection.present, selection.chosen[min(rises, key=rises.__getitem__)])
+        selection.put(fewer.chosen, fewer.fit)
     return Needed(tuple(candidate for candidate in before if candidate not in selection.chosen), small)
 
 

@@ -8,38 +8,26 @@ neither is, each its part; a pair that hides each other saves more than both do 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from itertools import combinations
-
-from torch import Tensor
 
 from sym2real.diagnosis.estimate.fit import REFIT_STEPS
 from sym2real.diagnosis.estimate.quadratic import Fit, Hypothesis
 from sym2real.diagnosis.predict.candidate import Candidate
+from sym2real.diagnosis.search.effect_set import EffectSet
 from sym2real.diagnosis.search.select import Selection
 
 # Pairs that are refitted in full.
 REFITTED = 2
 
-Pair = tuple[Candidate, Candidate]
 
-
-def hidden_pairs(selection: Selection, chosen: Sequence[Candidate], values: Tensor) -> list[tuple[Pair, Fit]]:
-    """The pairs that promise most beside what is chosen, fitted with it.
-
-    Args:
-        selection: what competes.
-        chosen: what is in.
-        values: parameter set of its fit ``# (P,)``.
-    """
-    problems, before = selection.problems, selection.free(chosen)
+def hidden_pairs(selection: Selection, effects: EffectSet) -> list[EffectSet]:
+    """A set with each of the pairs that promise most beside its effects, the pair last."""
+    problems, chosen, before = selection.problems, effects.chosen, selection.free(effects.chosen)
     rivals = [rival for rival in selection.open(chosen, selection.candidates) if not rival.needs_start]
-    matrix = selection.model_of_all(before, values, rivals)
-    places = {slot: place for place, slot in enumerate(matrix.whole)}
+    matrix = selection.model_of_all(before, effects.fit.values, rivals)
 
     def part(*some: Candidate) -> Fit:
-        free = (*before, *(slot for candidate in some for slot in candidate.free))
-        return matrix.part([places[slot] for slot in free])
+        return matrix.part((*before, *selection.free(some)))
 
     def left(*some: Candidate) -> float:
         return float(problems.left_out(part(*some)).sum())
@@ -53,8 +41,7 @@ def hidden_pairs(selection: Selection, chosen: Sequence[Candidate], values: Tens
             if selection.price(both, len(chosen) + 2) < selection.price(min(nothing, apart), len(chosen)):
                 promising.append((both, (first, second)))
     pairs = [pair for _, pair in sorted(promising, key=lambda entry: entry[0])[:REFITTED]]
-    starts = [problems.moved(at, problems.best_step(at)) for at in (part(*pair) for pair in pairs)]
-    hypotheses = [
-        Hypothesis(selection.free([*chosen, *pair]), start) for pair, start in zip(pairs, starts, strict=True)
-    ]
-    return list(zip(pairs, problems.fit(hypotheses, REFIT_STEPS), strict=True))
+    parts = [part(*pair) for pair in pairs]
+    hypotheses = [Hypothesis(own.free, problems.moved(own, problems.best_step(own))) for own in parts]
+    fits = problems.fit(hypotheses, REFIT_STEPS)
+    return [selection.set_of([*chosen, *pair], fit) for pair, fit in zip(pairs, fits, strict=True)]

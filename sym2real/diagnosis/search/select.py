@@ -91,21 +91,10 @@ class Selection:
         """Parameters of several candidates, in their order."""
         return tuple(slot for candidate in chosen for slot in candidate.free)
 
-    def places(self, chosen: Sequence[Candidate], candidate: Candidate) -> list[int]:
-        """Where a candidate's parameters stand among those of all chosen."""
-        free = self.free(chosen)
-        return [free.index(slot) for slot in candidate.free]
-
-    def ranked(self, chosen: Sequence[Candidate], values: Tensor, rivals: Sequence[Candidate]) -> list[EffectSet]:
-        """Rivals, each joined to what is chosen, best first: screened on quadratic models, the best refitted.
-
-        Args:
-            chosen: what is in.
-            values: parameter set of its fit.
-            rivals: what is joined to it, whether it is promising or not.
-        """
-        screened = self._screened(chosen, values, self.open(chosen, rivals))[1]
-        return self.refitted(chosen, [(candidate, start) for _, candidate, start in screened[:REFITTED]])
+    def ranked(self, effects: EffectSet, rivals: Sequence[Candidate]) -> list[EffectSet]:
+        """A set with each rival, promising or not, best first: screened on quadratic models, the best refitted."""
+        screened = self._screened(effects, rivals)[1]
+        return self.refitted(effects.chosen, [(candidate, start) for _, candidate, start in screened[:REFITTED]])
 
     def larger(self, effects: EffectSet) -> list[EffectSet]:
         """A set with each of the effects that promise something beside it, best first."""
@@ -129,8 +118,7 @@ class Selection:
     def screening(self, effects: EffectSet) -> Screening:
         """What one effect more promises beside a set, the best first."""
         if effects not in self._screenings:
-            rivals = self.open(effects.chosen, self.candidates)
-            self._screenings[effects] = self._screened(effects.chosen, effects.fit.values, rivals)
+            self._screenings[effects] = self._screened(effects, self.candidates)
         return self._screenings[effects]
 
     def surely_cheaper(self, cheaper: EffectSet, other: EffectSet) -> bool:
@@ -169,16 +157,13 @@ class Selection:
         starts = [candidate.started(values, start) for candidate in chosen for start in candidate.starts]
         return [Hypothesis(free, start) for start in starts]
 
-    def _screened(self, chosen: Sequence[Candidate], values: Tensor, rivals: Sequence[Candidate]) -> Screening:
+    def _screened(self, effects: EffectSet, rivals: Sequence[Candidate]) -> Screening:
         """Held-out loss without any rival, and rivals by the one that is predicted with them, each with its start."""
-        before = self.free(chosen)
+        before, values, rivals = self.free(effects.chosen), effects.fit.values, self.open(effects.chosen, rivals)
         at_null = [candidate for candidate in rivals if not candidate.needs_start]
         everything = self.model_of_all(before, values, at_null)
-        places = {slot: place for place, slot in enumerate(everything.whole)}
-        reference = float(self.problems.left_out(everything.part([places[slot] for slot in before])).sum())
-        parts = [
-            (candidate, everything.part([places[slot] for slot in (*before, *candidate.free)])) for candidate in at_null
-        ]
+        reference = float(self.problems.left_out(everything.part(before)).sum())
+        parts = [(candidate, everything.part((*before, *candidate.free))) for candidate in at_null]
         started = [(candidate, level) for candidate in rivals for level in candidate.starts]
         hypotheses = [
             Hypothesis((*before, *candidate.free), candidate.started(values, level)) for candidate, level in started
@@ -228,23 +213,19 @@ class Selection:
         cheaper = (other for other in self.larger(self.present) if self.surely_cheaper(other, self.present))
         return [other.candidate.name for other in cheaper if self.at_bound(other.fit, other.candidate)]
 
-    def without(self, candidate: Candidate) -> tuple[list[Candidate], Fit]:
-        """The fit of all chosen but one."""
-        return self.without_one(self.chosen, self.fit, candidate)
-
-    def predicted_without(self, of: EffectSet, candidate: Candidate) -> float:
+    def predicted_without(self, effects: EffectSet, candidate: Candidate) -> float:
         """Price of a set without one of its effects, by the quadratic model about the set's fit."""
-        fit, scale = of.fit, self.problems.problem.library.scale
-        places, slots = [fit.free.index(slot) for slot in candidate.free], candidate.slots
-        step = (self.origin[slots] - fit.values[slots]) / scale[slots]
-        loss = self.problems.left_out(self.problems.by_fold(fit).without(places, step)).sum()
-        return self.price(float(loss), len(of.chosen) - 1)
+        fit, slots = effects.fit, candidate.slots
+        step = (self.origin[slots] - fit.values[slots]) / self.problems.library.scale[slots]
+        loss = self.problems.left_out(self.problems.by_fold(fit).without(slots, step)).sum()
+        return self.price(float(loss), len(effects.chosen) - 1)
 
-    def without_one(self, chosen: Sequence[Candidate], fit: Fit, candidate: Candidate) -> tuple[list[Candidate], Fit]:
-        """The fit of a set of effects but one, from that of all of them."""
-        rest, values = [other for other in chosen if other is not candidate], fit.values.clone()
+    def without(self, effects: EffectSet, candidate: Candidate) -> EffectSet:
+        """A set of effects but one, fitted from the fit of all of them."""
+        rest = [other for other in effects.chosen if other is not candidate]
+        values = effects.fit.values.clone()
         values[candidate.slots] = self.origin[candidate.slots]
-        return rest, self.problems.fit([Hypothesis(self.free(rest), values)], REFIT_STEPS)[0]
+        return self.set_of(rest, self.problems.fit([Hypothesis(self.free(rest), values)], REFIT_STEPS)[0])
 
 
 def reported(value: float, origin: float, parameter: Parameter) -> float:

@@ -22,7 +22,7 @@ from sym2real.diagnosis.estimate.quadratic import Fit, solve
 from sym2real.diagnosis.estimate.significance import chance_of, clustered
 from sym2real.diagnosis.estimate.whitening import PIECES, Spread, Whitening
 from sym2real.diagnosis.predict.sensitivity import Problem
-from sym2real.diagnosis.unexplained.features import features_of
+from sym2real.diagnosis.unexplained.features import features_of, within
 from sym2real.trajectory import Array
 
 CONSTANT = "constant"
@@ -66,17 +66,10 @@ def features_in(problem: Problem) -> dict[str, Feature]:
     dt, sent = problem.data.dt, _sent(problem, (0, *EARLIER))
     for column, name in enumerate(problem.data.layouts.action):
         words = tuple(f"{name} {k * dt:.2g} s earlier less {name}" for k in EARLIER)
-        change = _within((sent[1:, :, column] - sent[0, :, column]).T, np.repeat(problem.segments.log, PIECES))
+        change = within((sent[1:, :, column] - sent[0, :, column]).T, np.repeat(problem.segments.log, PIECES))
         found[f"earlier {name}"] = Feature(f"earlier {name}", words, change, within=True)
     varying = {name: feature for name, feature in found.items() if np.ptp(feature.values) > SMALLEST}
     return {CONSTANT: Feature(CONSTANT, (), np.empty((len(values), 0))), **varying}
-
-
-def _within(columns: Array, log: NDArray[np.int64]) -> Array:
-    """Columns ``# (pieces, columns)`` less their mean over every log."""
-    _, place = np.unique(log, return_inverse=True)
-    means = np.stack([columns[place == index].mean(axis=0) for index in range(place.max() + 1)])
-    return np.asarray(columns - means[place])
 
 
 def _sent(problem: Problem, earlier: Sequence[int]) -> Array:

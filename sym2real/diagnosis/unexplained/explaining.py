@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from sym2real.diagnosis.data.windows import JUDGED_AT, judged
 from sym2real.diagnosis.errors.floor import Floor, SensorNoise, floor_of_explained
@@ -17,23 +17,8 @@ from sym2real.diagnosis.unexplained.leftover import MISFIT, Leftover, Rest, find
 from sym2real.diagnosis.unexplained.term import Term, propose
 
 
-@dataclass(frozen=True, eq=False)
-class Explained:
-    """What is left beside the findings.
-
-    Args:
-        scored: findings and held-out errors.
-        leftovers: what no effect explains, the strongest of what matters first.
-        proposal: a term that would explain some of the first, unverified.
-    """
-
-    scored: Scored
-    leftovers: tuple[Leftover, ...]
-    proposal: Term | None = None
-
-
-def explain_rest(scored: Scored) -> Explained:
-    """What is left beside what was found."""
+def explain_rest(scored: Scored) -> tuple[tuple[Leftover, ...], Term | None]:
+    """What no effect explains, the strongest of what matters first, and an unverified term that would some of that."""
     result, prepared = scored.result, scored.result.prepared
     selection, spread, problems = result.selection, prepared.spread, prepared.problems
     rest = Rest.of(problems.problem, spread, problems.whitening, selection.fit.values)
@@ -43,10 +28,9 @@ def explain_rest(scored: Scored) -> Explained:
     if not (scored.findings or commands_lost) and not any(leftover.matters for leftover in leftovers):
         leftovers = (*worse_than_nothing(scored), *leftovers)
     if not any(leftover.matters for leftover in leftovers):
-        return Explained(scored, leftovers)
+        return leftovers, None
     informed = applied(prepared.model, scored.findings)
-    proposal = propose(informed, prepared.checked.data, rest, leftovers[0], problems.whitening)
-    return Explained(scored, leftovers, proposal)
+    return leftovers, propose(informed, prepared.checked.data, rest, leftovers[0], problems.whitening)
 
 
 def _leftovers(scored: Scored, rest: Rest) -> tuple[Leftover, ...]:

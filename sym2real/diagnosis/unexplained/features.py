@@ -11,6 +11,7 @@ from itertools import pairwise
 
 import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch import Tensor
 
 from sym2real.diagnosis.data.segments import Segments
@@ -38,6 +39,13 @@ def _mean(column: Array, first: int, last: int, move: int) -> Array:
     """Over rows from first to before last, moved by so many times their number as far as there are rows ``# (F,)``."""
     away = np.clip(move * (last - first), -first, len(column) - last)
     return np.asarray(column[first + away : last + away].mean(axis=0))
+
+
+def within(columns: Array, log: NDArray[np.int64]) -> Array:
+    """Columns ``# (pieces, columns)`` less their mean over every log."""
+    _, place = np.unique(log, return_inverse=True)
+    means = np.stack([columns[place == index].mean(axis=0) for index in range(place.max() + 1)])
+    return np.asarray(columns - means[place])
 
 
 def part_of_disturbance(segments: Segments, spread: Spread, name: str, disturbance: Array | float) -> float:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from sym2real.diagnosis.estimate.whitening import PIECES, Spread, Whitening
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.settings import SETTINGS
-from sym2real.diagnosis.unexplained.features import features_of, part_of_disturbance
+from sym2real.diagnosis.unexplained.features import features_of, part_of_disturbance, within
 from sym2real.symbolic.mass_normalised import unit_for
 from sym2real.trajectory import Array
 from sym2real.vocabulary import is_push
@@ -69,13 +69,11 @@ class Leftover:
             of = f" of {self.channel}" if self.channel else ""
             beside = "noise alone" if self.channel else "noise and disturbances"
             return f"an error{of} {(1 - self.r2) ** -0.5:.2f} times that of {beside}"
-        pushed = is_push(self.channel)
+        what, by = ("disturbance along", "of") if is_push(self.channel) else ("change of", "by")
         if self.size is not None:
-            how = f"disturbance along {self.channel} of" if pushed else f"change of {self.channel} by"
-            return f"a constant {how} {self.size:.3g} {self.unit}"
-        if self.explained_by == LOG:
-            return f"a {'disturbance along' if pushed else 'change of'} {self.channel} that differs from log to log"
-        return f"a {'disturbance along' if pushed else 'change of'} {self.channel} that depends on {self.explained_by}"
+            return f"a constant {what} {self.channel} {by} {self.size:.3g} {self.unit}"
+        how = "differs from log to log" if self.explained_by == LOG else f"depends on {self.explained_by}"
+        return f"a {what} {self.channel} that {how}"
 
     @property
     def measure(self) -> str:
@@ -112,11 +110,9 @@ class Rest:
     @classmethod
     def of(cls, problem: Problem, spread: Spread, whitening: Whitening, values: torch.Tensor) -> Rest:
         """What a parameter set ``# (P,)`` leaves of a problem."""
-        disturbances = most_likely_disturbances(problem, spread, whitening, values)
         names, (before, features, behind) = features_of(problem)
         logs = np.repeat(problem.segments.log, PIECES)
-        for log in np.unique(logs):
-            disturbances[logs == log] -= disturbances[logs == log].mean(axis=0)
+        disturbances = within(most_likely_disturbances(problem, spread, whitening, values), logs)
         groups = logs if len(np.unique(logs)) > 2 else logs * 100 + np.arange(len(logs)) * 4 // len(logs)
         units = tuple(unit_of(problem, name) for name in spread.names)
         along = zip(spread.names, disturbances.T, strict=True)

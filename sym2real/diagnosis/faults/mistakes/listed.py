@@ -113,10 +113,8 @@ def _of_attitudes(data: Dataset, balance: Balance) -> Iterator[OfAttitude]:
 
 def _swapped(vectors: Sequence[tuple[str, ...]]) -> Iterator[Exchanged]:
     """Two components in each other's place, in several vectors alike."""
-    for one, two in combinations(range(len(vectors[0])), 2):
-        columns = tuple(name for vector in vectors for name in (vector[one], vector[two]))
-        sources = tuple(name for vector in vectors for name in (vector[two], vector[one]))
-        yield Exchanged(columns, sources, (1,) * len(columns))
+    for pairs in zip(*(combinations(vector, 2) for vector in vectors), strict=True):
+        yield _in_order(pairs, (1, 0), (1, 1))
 
 
 def _alike(balance: Balance, columns: Sequence[str]) -> Array:
@@ -154,9 +152,7 @@ def _in_common(common: Array, vectors: Sequence[tuple[str, ...]]) -> Iterator[Ex
     rows, places = linear_sum_assignment(np.abs(common), maximize=True)
     signs = np.where(common[rows, places] < 0, -1, 1)
     if (places != rows).any() or (signs < 0).any():
-        columns = tuple(name for vector in vectors for name in vector)
-        sources = tuple(vector[place] for vector in vectors for place in places)
-        yield Exchanged(columns, sources, tuple(signs.tolist()) * len(vectors))
+        yield _in_order(vectors, places.tolist(), signs.tolist())
 
 
 def _orders(vectors: Sequence[tuple[str, ...]]) -> Iterator[Exchanged]:
@@ -165,9 +161,14 @@ def _orders(vectors: Sequence[tuple[str, ...]]) -> Iterator[Exchanged]:
     for order in permutations(range(size)):
         for signs in product((1, -1), repeat=size):
             if order != tuple(range(size)) or min(signs, default=1) < 0:
-                columns = tuple(name for vector in vectors for name in vector)
-                sources = tuple(vector[place] for vector in vectors for place in order)
-                yield Exchanged(columns, sources, signs * len(vectors))
+                yield _in_order(vectors, order, signs)
+
+
+def _in_order(vectors: Sequence[tuple[str, ...]], order: Sequence[int], signs: Sequence[int]) -> Exchanged:
+    """Components that hold those in another order, with these signs, the same in several vectors."""
+    columns = tuple(name for vector in vectors for name in vector)
+    sources = tuple(vector[place] for vector in vectors for place in order)
+    return Exchanged(columns, sources, tuple(signs) * len(vectors))
 
 
 def _turned(data: Dataset, balance: Balance, field: str) -> Iterator[Turned]:

@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import torch
 from numpy.typing import NDArray
+from scipy.ndimage import binary_opening, median_filter
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.start import ROWS
@@ -137,17 +138,14 @@ def _standing(data: Dataset) -> BadRows | None:
 
 def _long_runs(rows: Rows) -> Rows:
     """Those that follow each other for longer than a value that jumped is away."""
-    long = np.zeros(len(rows), dtype=bool)
-    for first, last in stretches(rows):
-        long[first:last] = last - first > SETTINGS.jump_rows
-    return long
+    return np.asarray(binary_opening(rows, np.ones(SETTINGS.jump_rows + 1, dtype=bool)))
 
 
 def _jumping(data: Dataset, columns: tuple[str, ...]) -> BadRows | None:
     layout = data.layouts.state
     places = layout.indices(columns)
     changes = [np.diff(log.state[:, places], axis=0) for log in data]
-    usual = [_usual(change) for change in changes]
+    usual = [median_filter(change, (5, 1), mode="nearest") for change in changes]
     sizes = [np.linalg.norm(change - around, axis=1) for change, around in zip(changes, usual, strict=True)]
     every = np.concatenate(sizes)
     least = max(
@@ -157,19 +155,12 @@ def _jumping(data: Dataset, columns: tuple[str, ...]) -> BadRows | None:
     stays = columns[0] in layout.rates or layout.units[columns[0]] == "m"
     least = max(least, SETTINGS.jump_metres) if stays else least
     moving = [np.linalg.norm(around, axis=1) for around in usual]
-    beyond = [np.flatnonzero(size > np.maximum(least, move)) for size, move in zip(sizes, moving, strict=True)]
-    places_of = [places + 1 for places in beyond]
-    found = [_excursions(change, there, stays=stays) for change, there in zip(changes, places_of, strict=True)]
+    jumps = [np.flatnonzero(size > np.maximum(least, move)) + 1 for size, move in zip(sizes, moving, strict=True)]
+    found = [_excursions(change, there, stays=stays) for change, there in zip(changes, jumps, strict=True)]
     if least <= 0.0 or not any(rows.any() or cuts for rows, cuts in found):
         return None
     rows, cuts = zip(*found, strict=True)
     return BadRows("jump", columns, rows, cuts)
-
-
-def _usual(change: Array) -> Array:
-    """Median of five changes around each ``# (rows, k)``."""
-    around = np.pad(change, ((2, 2), (0, 0)), mode="edge")
-    return np.median(np.stack([around[i : i + len(change)] for i in range(5)]), axis=0)
 
 
 def _excursions(change: Array, jumps: NDArray[np.int64], *, stays: bool) -> tuple[Rows, tuple[int, ...]]:
@@ -205,7 +196,7 @@ def _mended(log: Trajectory, columns: Sequence[str], rows: Rows, cuts: Sequence[
     for place in layout.indices(columns):
         state[:, place] = np.interp(log.time, log.time[good], state[good, place])
     whole = replace(log, state=layout.normalise(torch.as_tensor(state)).numpy())
-    ends = sorted([*((a, b) for a, b in long), *((cut, cut) for cut in cuts)])
+    ends = sorted([*long, *((cut, cut) for cut in cuts)])
     starts, stops = [0, *(b for _, b in ends)], [*(a for a, _ in ends), len(log)]
     pieces = [(a, b) for a, b in zip(starts, stops, strict=True) if b - a > ROWS]
     if len(pieces) == 1 and pieces[0] == (0, len(log)):

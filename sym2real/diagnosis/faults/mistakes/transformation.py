@@ -28,15 +28,12 @@ class Transformation(Protocol):
     @property
     def name(self) -> str:
         """What the log holds, for a sentence."""
-        ...
 
     def fix(self, read: AsRead) -> str:
         """What to change, in the columns and axes of the log."""
-        ...
 
     def undone(self, log: Trajectory) -> Trajectory:
         """A log with the mistake as it should be."""
-        ...
 
 
 @dataclass(frozen=True)

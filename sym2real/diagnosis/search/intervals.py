@@ -71,7 +71,7 @@ def none_within(near: Near, candidate: Candidate) -> bool:
     selection = near.selection
     around = _around(selection, candidate, selection.fit, near)
     enough = selection.problems.block_count >= SETTINGS.fewest_pieces
-    return enough and all(abs(value - _parameter(selection, index).null) < half for index, value, half in around)
+    return enough and all(abs(value - own.null) < half for own, value, half in around)
 
 
 def _parameter(selection: Selection, index: int) -> Parameter:

@@ -19,8 +19,8 @@ from sym2real.diagnosis.settings import SETTINGS
 def join_narrow(needed: Needed, predicted: Predicted) -> Needed:
     """Put effects that move few of the measured directions beside what was chosen, where logs are not few.
 
-    Such an effect pays less than others, so it must take a tenth off an error or whole logs must establish it, no error
-    may be larger with it, and the sets around must refute none: it could push another one out.
+    Such an effect pays less than others, so an error must surely be a tenth larger without it or whole logs establish
+    it, no error may be larger with it, and the sets around must refute none: it could push another one out.
 
     Args:
         needed: what became of the choice without them.

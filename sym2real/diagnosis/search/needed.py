@@ -17,7 +17,7 @@ grows more slowly. Where no model beats "hold", predictions judge nothing, and w
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -87,16 +87,16 @@ class Predicted:
         return _small(self.selection.chosen, *self.without_each()) if self.horizons and self.selection.chosen else ()
 
     def bears_out(self, larger: EffectSet) -> bool:
-        """Whether one effect more takes a tenth off an error, beyond chance, or whole logs establish it, and no error
-        is larger with it.
+        """Whether an error that is judged is surely a tenth larger without one effect more, or whole logs establish it,
+        and no error is larger with it.
 
         Logs that are too short to predict bear out whatever was chosen.
         """
         if not self.horizons:
             return True
         whole, other = self._by([larger, self.selection.present])
-        needed = largest_rise(whole, other) > 1.0 and not _changes_little(whole, other)
-        return no_worse(whole, other) and (needed or self.established(larger.fit, larger.candidate))
+        surely = largest_rise(whole, other, judged) > 1.0 + SETTINGS.worth_saying
+        return no_worse(whole, other) and (surely or self.established(larger.fit, larger.candidate))
 
     def established(self, fit: Fit, candidate: Candidate) -> bool:
         """Whether whole logs tell an effect of a fit from trim."""
@@ -158,12 +158,12 @@ def no_worse(whole: Stage, without: Stage) -> bool:
     return largest_rise(without, whole) <= 1.0 or not (whole.beats_hold or without.beats_hold)
 
 
-def largest_rise(whole: Stage, without: Stage) -> float:
-    """Factor by which an error rises without an effect beyond chance; the largest of all errors."""
+def largest_rise(whole: Stage, without: Stage, of: Callable[[Iterable[str]], Iterable[str]] = iter) -> float:
+    """Factor by which an error rises without an effect beyond chance; the largest ``of`` all channels' or of some."""
     return max(
-        _rise(error, without.horizons[horizon][name])
+        _rise(errors[name], without.horizons[horizon][name])
         for horizon, errors in whole.horizons.items()
-        for name, error in errors.items()
+        for name in of(errors)
     )
 
 

@@ -14,6 +14,7 @@ from sym2real.diagnosis.errors.rungs import Stage, StageError, horizons_for, lad
 from sym2real.diagnosis.estimate.whitening import Spread, estimate
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
+from sym2real.diagnosis.unexplained.explaining import disturbed_said
 from sym2real.experiments.standard_conditions import ANGLE_NOISE, POSITION_NOISE
 from sym2real.logs.differences import rates_on_time
 from sym2real.robots import CRAZYFLIE
@@ -94,3 +95,12 @@ def test_no_floor_stands_above_what_was_reached() -> None:
     lowered = no_higher_than_reached(floor, [stage(0.5), stage(0.04), stage(0.05)])
     assert lowered == (Floor(0.8, {"position": (0.04, "m")}), floor[1])
     assert no_higher_than_reached(floor, [stage(0.5)]) == tuple(floor)
+
+
+@pytest.mark.parametrize(("noise", "said"), [(0.03, True), (0.045, False), (None, False)])
+def test_disturbances_that_make_most_of_the_floor_are_said(noise: float | None, said: bool) -> None:
+    floor = Floor(0.8, {"position": (0.06, "m")}, {} if noise is None else {"position": noise})
+    lines = disturbed_said([floor])
+    assert bool(lines) == said
+    assert not said or "the position error 2.0 times that of noise alone" in lines[0]
+    assert disturbed_said([]) == ()

@@ -71,6 +71,19 @@ def test_an_effect_that_is_there_outweighs_drag_and_nothing() -> None:
     assert near.variances(near.places[0].candidate).tolist() == [0.0, 0.0]  # nothing stands beside it
 
 
+def test_an_interval_covers_what_one_effect_more_would_make_of_a_value() -> None:
+    """A delay that stands for a motor's lag as well is too long, whatever the noise says of it."""
+    flights = flights_with_all({"delay": {"value": 0.02}, "motor_lag": {"value": 0.03}})
+    selection = chosen(("delay", "motor_lag"), "delay", flights=flights)
+    near = Near.of(selection)
+    (delay,) = selection.chosen
+    assert [larger.candidate.name for larger in near.larger] == ["motor_lag"]
+    too_long = float(selection.fit.values[delay.slots]) - 0.02
+    assert too_long > 0.01
+    assert float(near.variances(delay).sqrt()) == pytest.approx(too_long, rel=0.3)
+    assert float(replace(near, larger=()).variances(delay)) == 0.0
+
+
 def test_an_effect_that_is_not_there_weighs_little_against_the_one_that_is() -> None:
     assert Near.of(chosen(("wind", "linear_drag"), "linear_drag")).probabilities()["linear_drag"] < 0.01
 

@@ -93,3 +93,11 @@ def test_a_ladder_that_leads_up_says_why(errors: tuple[float, ...], said: bool) 
     with console.capture() as shown:
         console.print(ladder_table(stages, FLOOR, ["trial_2"]))
     assert ("helps only together with one below it" in " ".join(shown.get().split())) == said
+
+
+def test_the_ladder_ends_with_the_noise_alone_where_that_is_known() -> None:
+    known = [Floor(at.horizon, at.errors, dict.fromkeys(at.errors, 1e-6)) for at in FLOOR]
+    console = Console(width=80, file=io.StringIO())
+    console.print(ladder_table([stage("base", 1.0)], known, ["trial"]))
+    lines = [line for line in console.file.getvalue().splitlines() if line.strip()]
+    assert lines[-1].split()[:3] == ["noise", "alone", "1e-06"]

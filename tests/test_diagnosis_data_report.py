@@ -115,7 +115,7 @@ def test_saturation_and_a_command_that_never_moves_are_named(flights: Dataset) -
     assert report.commands["wz_cmd"].weak
     assert not report.commands["thrust"].limits_said("thrust")
     said = " ".join(report.lines())
-    assert "wx_cmd is at its limit" in said
+    assert "wx_cmd stays at its end" in said
     assert "wz_cmd hardly varies" in said
 
 
@@ -127,7 +127,7 @@ def test_a_short_log_is_not_at_its_limit_because_some_row_is_the_largest(flights
     action[4:7, 0] = action[:, 0].max() + 0.01
     cut = data_report(replace(short, action=action))
     assert cut.commands["thrust"].at_high == pytest.approx(3 / 11)
-    assert any(line.startswith("thrust is at its limit") for line in cut.lines())
+    assert any(line.startswith("thrust stays at its end") for line in cut.lines())
 
 
 def test_a_car_that_stands_is_at_no_limit(flights: Dataset) -> None:
@@ -137,7 +137,7 @@ def test_a_car_that_stands_is_at_no_limit(flights: Dataset) -> None:
     action[:, log.layouts.action.index("speed")] = np.abs(action[:, log.layouts.action.index("speed")])
     standing = data_report(replace(log, action=action))
     assert standing.commands["speed"].at_low > 0.05
-    assert not any("speed is at its limit" in line for line in standing.lines())
+    assert not any("speed stays at its end" in line for line in standing.lines())
 
 
 def test_a_command_that_is_sent_every_fifth_row_or_in_steps_is_not_at_its_limit(flights: Dataset) -> None:

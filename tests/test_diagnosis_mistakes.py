@@ -200,7 +200,7 @@ def test_one_reversed_rate_turns_no_heading_about() -> None:
 def test_a_command_that_is_cut_off_for_nearly_all_of_a_log_is_at_its_limit() -> None:
     cut = float(np.quantile(np.concatenate([log.column("speed") for log in healthy("mushr")]), 0.02))
     logs = (log.with_columns({"speed": np.minimum(log.column("speed"), cut)}) for log in healthy("mushr"))
-    assert any(note.startswith(f"speed is at its limit {cut:.3g} m/s") for note in check(None, Dataset(logs)).notes)
+    assert any(note.startswith(f"speed stays at its end {cut:.3g} m/s") for note in check(None, Dataset(logs)).notes)
 
 
 EFFECTS = (

@@ -13,7 +13,7 @@ from standard_set import Case, simulate_case
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import Diagnosis, Estimate, Finding, Floor
-from sym2real.diagnosis.errors.rungs import Stage, StageError
+from sym2real.diagnosis.errors.rungs import Rung, RungError
 from sym2real.diagnosis.predict.competitors import NotTried
 from sym2real.diagnosis.score.held_out import Gate
 from sym2real.diagnosis.unexplained.leftover import Leftover
@@ -44,16 +44,16 @@ def finding(effect: str, **more: Any) -> Finding:
     return Finding(effect, values, **more)
 
 
-def stage(name: str, size: float) -> Stage:
+def stage(name: str, size: float) -> Rung:
     """A step of a ladder whose errors grow with the horizon."""
     errors = {
         horizon: {
-            channel: StageError(size * horizon, size * horizon, 0.9 * size * horizon, 1.1 * size * horizon, unit)
+            channel: RungError(size * horizon, size * horizon, 0.9 * size * horizon, 1.1 * size * horizon, unit)
             for channel, unit in CHANNELS.items()
         }
         for horizon in HORIZONS
     }
-    return Stage(name, errors)
+    return Rung(name, errors)
 
 
 def diagnosis() -> Diagnosis:

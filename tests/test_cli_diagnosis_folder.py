@@ -14,7 +14,7 @@ from standard_set import Case, simulate_case
 from sym2real.cli.found import write_diagnosis
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import Diagnosis, diagnose
-from sym2real.diagnosis.errors.rungs import Stage, StageError
+from sym2real.diagnosis.errors.rungs import Rung, RungError
 from sym2real.diagnosis.score.finding import Finding
 from sym2real.diagnosis.score.held_out import Gate
 from sym2real.diagnosis.search.intervals import Estimate
@@ -80,8 +80,8 @@ def test_a_list_of_files_elsewhere_is_not_heeded(logs: Dataset, tmp_path: Path) 
 
 
 def test_what_predictions_do_not_bear_out_is_not_written(logs: Dataset, tmp_path: Path) -> None:
-    error = StageError(0.1, 0.1, 0.09, 0.11, "m")
-    stage = Stage("base", {0.8: {"position": error}})
+    error = RungError(0.1, 0.1, 0.09, 0.11, "m")
+    stage = Rung("base", {0.8: {"position": error}})
     failed = replace(FOUND, verdict="CANNOT_TELL", gate=Gate(stage, stage))
     assert "no model or simulator was written" in written(failed, Dataset([logs[0]]), tmp_path)
     assert not {file for file in files_in(tmp_path) if file.startswith(("model", "simulator"))}

@@ -9,7 +9,7 @@ from noisy_flights import flights_with
 
 from sym2real.diagnosis import Gate, diagnose
 from sym2real.diagnosis.data.windows import finite_errors
-from sym2real.diagnosis.errors.rungs import SHORTEST_BLOCK, Stage, StageError, error_of
+from sym2real.diagnosis.errors.rungs import SHORTEST_BLOCK, Rung, RungError, error_of
 from sym2real.diagnosis.score.finding import shares_of
 from sym2real.diagnosis.search.needed import largest_rise
 from sym2real.effects import applicable
@@ -17,8 +17,8 @@ from sym2real.layout import Layout
 from sym2real.robots import CRAZYFLIE
 
 
-def stage(name: str, **errors: float) -> Stage:
-    return Stage(name, {0.8: {key: StageError(value, value, value, value, "") for key, value in errors.items()}})
+def stage(name: str, **errors: float) -> Rung:
+    return Rung(name, {0.8: {key: RungError(value, value, value, value, "") for key, value in errors.items()}})
 
 
 def test_a_position_error_that_doubles_is_not_made_up_for_by_attitude() -> None:
@@ -38,7 +38,7 @@ def test_an_effect_is_needed_where_errors_rise_by_a_tenth_in_all_logs_alike(
     log, block = np.repeat(np.arange(5), 40), np.repeat(np.arange(20), 10)
     errors = np.exp(rng.normal(0.0, 0.8, 20))[block]
     worse = errors * factor * np.exp(rng.normal(0.0, spread, 20))[block]
-    whole, without = (Stage("", {0.8: {"position": error_of(values, log, "m")}}) for values in (errors, worse))
+    whole, without = (Rung("", {0.8: {"position": error_of(values, log, "m")}}) for values in (errors, worse))
     assert without.horizons[0.8]["position"].low < whole.horizons[0.8]["position"].value
     assert (largest_rise(whole, without) > 1.0) is needed
 
@@ -61,7 +61,7 @@ def test_a_prediction_that_is_no_number_is_the_worst() -> None:
     lost[::20], lost[5::10] = float("nan"), float("inf")
     log = np.repeat(np.arange(3), 10)
     stages = [
-        Stage("", {0.8: {name: error_of(values, log, "m") for name, values in errors.items()}})
+        Rung("", {0.8: {name: error_of(values, log, "m") for name, values in errors.items()}})
         for errors in (finite_errors(layout, windows + 0.1, windows), finite_errors(layout, lost, windows))
     ]
     assert largest_rise(*stages) > 1.0

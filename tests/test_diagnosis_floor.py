@@ -10,7 +10,7 @@ from standard_set import Case, simulate_case
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import compare
 from sym2real.diagnosis.errors.floor import Floor, SensorNoise, floor_of_explained, no_higher_than_reached
-from sym2real.diagnosis.errors.rungs import Stage, StageError, horizons_for, ladder
+from sym2real.diagnosis.errors.rungs import Rung, RungError, horizons_for, ladder
 from sym2real.diagnosis.estimate.whitening import Spread, estimate
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
@@ -88,8 +88,8 @@ def test_a_noisier_start_raises_the_floor(flights: Dataset) -> None:
 
 
 def test_no_floor_stands_above_what_was_reached() -> None:
-    def stage(value: float) -> Stage:
-        return Stage("", {0.8: {"position": StageError(value, value, value, value, "m")}})
+    def stage(value: float) -> Rung:
+        return Rung("", {0.8: {"position": RungError(value, value, value, value, "m")}})
 
     floor = [Floor(0.8, {"position": (0.14, "m")}), Floor(0.2, {"position": (0.01, "m")})]
     lowered = no_higher_than_reached(floor, [stage(0.5), stage(0.04), stage(0.05)])

@@ -14,7 +14,7 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis import Fall, Finding, Gate, diagnose
 from sym2real.diagnosis.conclusion import Parts, summary, verdict
 from sym2real.diagnosis.errors.floor import Floor
-from sym2real.diagnosis.errors.rungs import Stage, StageError, ladder, windows_of
+from sym2real.diagnosis.errors.rungs import Rung, RungError, ladder, windows_of
 from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.whitening import Spread
 from sym2real.diagnosis.faults.fault import Fault
@@ -36,9 +36,9 @@ from sym2real.robots import CRAZYFLIE, ROBOTS
 from sym2real.tasks import make_task
 
 
-def stage(name: str, position: float, attitude: float) -> Stage:
+def stage(name: str, position: float, attitude: float) -> Rung:
     errors = {"position": position, "attitude": attitude, "velocity": 10 * position}
-    return Stage(name, {0.8: {key: StageError(value, value, value, value, "") for key, value in errors.items()}})
+    return Rung(name, {0.8: {key: RungError(value, value, value, value, "") for key, value in errors.items()}})
 
 
 @cache
@@ -67,11 +67,11 @@ def test_a_tenth_of_position_or_attitude_must_go(position: float, attitude: floa
 def test_what_rises_beyond_its_interval_passes_no_gate(rise: float, half_width: float, passes: bool) -> None:
     """Position falls by nine tenths, attitude rises; one piece alone has no interval, and a hair is no rise there."""
 
-    def around(value: float) -> StageError:
-        return StageError(value, value, value - half_width, value + half_width, "")
+    def around(value: float) -> RungError:
+        return RungError(value, value, value - half_width, value + half_width, "")
 
-    before = Stage("base", {0.8: {"position": around(10.0), "attitude": around(1.0)}})
-    after = Stage("+ added_mass", {0.8: {"position": around(1.0), "attitude": around(1.0 + rise)}})
+    before = Rung("base", {0.8: {"position": around(10.0), "attitude": around(1.0)}})
+    after = Rung("+ added_mass", {0.8: {"position": around(1.0), "attitude": around(1.0 + rise)}})
     gate = Gate(before, after)
     assert gate.passed is passes
     assert [fall.channel for fall in gate.worse] == ([] if passes else ["attitude"])

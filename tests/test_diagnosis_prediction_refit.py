@@ -15,7 +15,7 @@ from sym2real.cli.found import write_diagnosis
 from sym2real.dataset import Dataset, Logs
 from sym2real.diagnosis import Diagnosis, add, compare, diagnose
 from sym2real.diagnosis.data.windows import channel_errors, predict_windows
-from sym2real.diagnosis.errors.rungs import Stage, StageError
+from sym2real.diagnosis.errors.rungs import Rung, RungError
 from sym2real.diagnosis.score.prediction_refit import PredictionRefit
 from sym2real.effects import applicable
 from sym2real.effects.along_logs import prepared
@@ -136,10 +136,10 @@ def test_a_fall_counts_where_blocks_agree_and_are_more_than_one(spread: float, k
     """A single block is drawn over and over: its interval has no width."""
     drawn = np.random.default_rng(0).normal(0.0, spread, 200)
 
-    def stage(size: float, scatter: Array) -> Stage:
+    def stage(size: float, scatter: Array) -> Rung:
         resampled = size * np.exp(scatter)
         low, high = np.quantile(resampled, (0.025, 0.975))
-        return Stage("", {HORIZON: {"position": StageError(size, size, float(low), float(high), "m", resampled)}})
+        return Rung("", {HORIZON: {"position": RungError(size, size, float(low), float(high), "m", resampled)}})
 
     assert PredictionRefit(HORIZON, (), stage(1.0, np.zeros(200)), stage(0.9, drawn)).kept is kept
 

@@ -14,7 +14,7 @@ from standard_set import Case, simulate_case
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.errors.floor import Floor
-from sym2real.diagnosis.errors.rungs import Stage, StageError
+from sym2real.diagnosis.errors.rungs import Rung, RungError
 from sym2real.diagnosis.faults.fault import Fault
 from sym2real.diagnosis.faults.misread_attitudes import OfAttitude
 from sym2real.diagnosis.faults.mistakes.transformation import Late, of_all
@@ -252,9 +252,9 @@ def test_roll_and_pitch_in_each_others_place(ending: str, signs: tuple[int, int]
         np.testing.assert_allclose(log.action, right.action, atol=1e-6)
 
 
-def stage(low: float, worse: Mapping[float, tuple[str, ...]]) -> Stage:
-    error = {"attitude": StageError(1.1 * low, low, low, 1.2 * low, "rad")}
-    return Stage("base", {0.1: error, 0.8: error}, worse=dict(worse))
+def stage(low: float, worse: Mapping[float, tuple[str, ...]]) -> Rung:
+    error = {"attitude": RungError(1.1 * low, low, low, 1.2 * low, "rad")}
+    return Rung("base", {0.1: error, 0.8: error}, worse=dict(worse))
 
 
 def test_a_model_that_predicts_a_step_worse_than_nothing_misses_something() -> None:

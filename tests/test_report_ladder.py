@@ -10,7 +10,7 @@ from rich.measure import Measurement
 
 from sym2real.control import RandomCommands
 from sym2real.diagnosis import Floor, compare
-from sym2real.diagnosis.errors.rungs import Stage, StageError
+from sym2real.diagnosis.errors.rungs import Rung, RungError
 from sym2real.effects import EFFECTS
 from sym2real.experiments.standard_conditions import sensors
 from sym2real.plants import MujocoPlant, run_episode
@@ -23,11 +23,11 @@ JOINTS = {"joint displacement": "m", "joint angle": "rad", "joint speed": "m/s",
 HORIZONS = (0.1, 0.2, 0.5, 0.8, 1.0, 2.0)
 
 
-def stage(name: str, error: float, channels: dict[str, str] = CHANNELS) -> Stage:
+def stage(name: str, error: float, channels: dict[str, str] = CHANNELS) -> Rung:
     errors = {
-        channel: StageError(error, 0.9 * error, 0.92 * error, 1.08 * error, unit) for channel, unit in channels.items()
+        channel: RungError(error, 0.9 * error, 0.92 * error, 1.08 * error, unit) for channel, unit in channels.items()
     }
-    return Stage(name, dict.fromkeys(HORIZONS, errors))
+    return Rung(name, dict.fromkeys(HORIZONS, errors))
 
 
 def floor(channels: dict[str, str] = CHANNELS) -> list[Floor]:

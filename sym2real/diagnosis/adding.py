@@ -25,7 +25,7 @@ from sym2real.diagnosis.faults.sanity import Question
 from sym2real.diagnosis.pipeline import prepare
 from sym2real.diagnosis.predict.candidate import Candidate, candidates
 from sym2real.diagnosis.score.finding import Finding, findings
-from sym2real.diagnosis.score.held_out import Steps
+from sym2real.diagnosis.score.held_out import LadderModels
 from sym2real.diagnosis.score.tried import Rival, Tried
 from sym2real.diagnosis.search.effect_set import EffectSet
 from sym2real.diagnosis.search.near import Near, as_good, by_own_starts, by_price
@@ -125,7 +125,7 @@ def try_effect(
     selection, gain = _fitted(prepared, keys)
     said, groups = _judged(prepared, keys, selection, on_progress)
     on_progress("scoring on held-out data")
-    steps = Steps.of(prepared.library, selection, same=held_out is None)
+    steps = LadderModels.of(prepared.library, selection, same=held_out is None)
     horizons = steps.horizons(prepared.scored, horizon)
     fitted = _findings(selection, groups, prepared.calibration)
     stages = steps.ladder(prepared.library, prepared.scored, horizons)

@@ -11,7 +11,7 @@ from sym2real.dataset import Logs
 from sym2real.diagnosis.conclusion import Parts, Verdict, summary, verdict
 from sym2real.diagnosis.errors.floor import Floor
 from sym2real.diagnosis.errors.regions import Where
-from sym2real.diagnosis.errors.rungs import Stage, cut_said
+from sym2real.diagnosis.errors.rungs import Rung, cut_said
 from sym2real.diagnosis.faults.fault import Fault, with_sensors_of
 from sym2real.diagnosis.predict.competitors import NotTried
 from sym2real.diagnosis.score.finding import Finding, Scored, applied, findings_of
@@ -63,7 +63,7 @@ class Diagnosis:
     suspects: Mapping[str, float] = field(default_factory=dict)
     proposal: Term | None = None
     where: tuple[Where, ...] = ()
-    ladder: tuple[Stage, ...] = ()
+    ladder: tuple[Rung, ...] = ()
     floor: tuple[Floor, ...] = ()
     held_out: tuple[str, ...] = ()
     apart: bool = False

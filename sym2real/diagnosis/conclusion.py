@@ -8,7 +8,7 @@ from typing import Literal
 
 from sym2real.diagnosis.data.segments import BLOCK_SECONDS
 from sym2real.diagnosis.data.windows import JUDGED_AT, judged
-from sym2real.diagnosis.errors.rungs import Stage
+from sym2real.diagnosis.errors.rungs import Rung
 from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.faults.fault import Fault
 from sym2real.diagnosis.score.finding import Finding
@@ -29,7 +29,7 @@ class Parts:
     findings: tuple[Finding, ...] = ()
     leftovers: tuple[Leftover, ...] = ()
     gate: Gate = field(default_factory=Gate)
-    ladder: tuple[Stage, ...] = ()
+    ladder: tuple[Rung, ...] = ()
     suspects: Mapping[str, float] = field(default_factory=dict)
 
 
@@ -98,7 +98,7 @@ def summary(answer: Verdict, parts: Parts, interrupted: str = "") -> str:
     return sentence[:1].upper() + sentence[1:] + "."
 
 
-def _missing(announced: Sequence[Finding], stages: Sequence[Stage]) -> list[str]:
+def _missing(announced: Sequence[Finding], stages: Sequence[Rung]) -> list[str]:
     """What is announced, and the error that falls most with all that was found."""
     if not announced:
         return []
@@ -184,7 +184,7 @@ def _one(finding: Finding) -> str:
     return _alone(finding) + (f", or {' or '.join(in_few_words(others)[:3])}" if others else "")
 
 
-def fall_of_error(stages: Sequence[Stage]) -> tuple[str, float, float] | None:
+def fall_of_error(stages: Sequence[Rung]) -> tuple[str, float, float] | None:
     """Channel, first and last error at the horizon that is judged of the channel that falls most."""
     if len(stages) < 2 or not stages[0].horizons or not any(stage.beats_hold for stage in stages):
         return None

@@ -23,7 +23,7 @@ from sym2real.neural.stacking import shares
 JUDGING = 100  # windows between steps of the descent
 
 
-class Judged:
+class CrossValidated:
     """Losses of ``(EVERY + 1) · λs`` networks: those of the first fold with each λ, …, those of all rows with each λ.
 
     Args:

@@ -30,7 +30,7 @@ from sym2real.neural.bounded import bounded, unbounded
 from sym2real.neural.composed import Base, Composed, state_of
 from sym2real.neural.cyclic import cyclic_coordinates
 from sym2real.neural.descent import Descent
-from sym2real.neural.judged import Judged
+from sym2real.neural.judged import CrossValidated
 from sym2real.neural.leftover import leftover
 from sym2real.neural.multi_step import Scales
 from sym2real.neural.networks import Networks
@@ -145,10 +145,10 @@ class ResidualTraining:
             normal.begin_with(networks, self._layers_of(start, layouts), numbers[-len(self.penalties) :])
         penalties, descent = torch.tensor(self.penalties, dtype=torch.float32), self.descent
         first = replace(descent, steps=round(FIRST * descent.steps))
-        errors = Judged(networks, short, batch, penalties, rows=descent.rows, seed=self.seed).descend(first)
+        errors = CrossValidated(networks, short, batch, penalties, rows=descent.rows, seed=self.seed).descend(first)
         best = int(errors.argmin())
         networks = networks.only(numbers[best :: len(penalties)])
-        judged = Judged(networks, batch, batch, penalties[best : best + 1], rows=descent.rows, seed=self.seed)
+        judged = CrossValidated(networks, batch, batch, penalties[best : best + 1], rows=descent.rows, seed=self.seed)
         rest = replace(descent, steps=descent.steps - first.steps, learning_rate=SLOWER * descent.learning_rate)
         judged.descend(rest)
         share, error = judged.shares(layouts.state)

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import Comparison, Floor
 from sym2real.diagnosis.data.windows import JUDGED_AT
-from sym2real.diagnosis.errors.rungs import Stage
+from sym2real.diagnosis.errors.rungs import Rung
 from sym2real.report.charts import Chart
 from sym2real.report.horizons import comparison_charts, ladder_charts
 from sym2real.report.html.added import curves
@@ -91,7 +91,7 @@ def comparison_figure(comparison: Comparison) -> Figure:
     return charts_figure(comparison_charts(comparison))
 
 
-def ladder_figure(stages: Sequence[Stage], floor: Sequence[Floor]) -> Figure:
+def ladder_figure(stages: Sequence[Rung], floor: Sequence[Floor]) -> Figure:
     """Error of every channel over the horizon for every stage with its 95 % band, down to noise and disturbances."""
     return charts_figure(ladder_charts(stages, floor), "held-out error, one effect after the other")
 

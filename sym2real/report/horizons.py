@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from sym2real.diagnosis import Comparison, Floor
-from sym2real.diagnosis.errors.rungs import Stage
+from sym2real.diagnosis.errors.rungs import Rung
 from sym2real.report.charts import Chart, Line, Role, of_model, over_horizons
 from sym2real.report.tables import number
 from sym2real.trajectory import Array
@@ -44,7 +44,7 @@ def comparison_charts(comparison: Comparison, errors: Mapping[str, Array] | None
     return charts
 
 
-def ladder_charts(stages: Sequence[Stage], floor: Sequence[Floor]) -> list[Chart]:
+def ladder_charts(stages: Sequence[Rung], floor: Sequence[Floor]) -> list[Chart]:
     """Held-out error of every channel for every stage with its 95 % band, down to noise and disturbances."""
     horizons, charts = sorted(stages[0].horizons), []
     lowest = {at.horizon: at.errors for at in floor}

@@ -9,7 +9,7 @@ from rich.table import Table
 
 from sym2real.diagnosis import Floor
 from sym2real.diagnosis.data.windows import JUDGED_AT
-from sym2real.diagnosis.errors.rungs import Stage
+from sym2real.diagnosis.errors.rungs import Rung
 from sym2real.report.tables import compact_table, number
 
 # What a model that misses nothing would leave; a comparison's lowest error is that of the sensors alone.
@@ -22,7 +22,7 @@ DIVERGED = "–: predictions there are no numbers; that model diverges, or its c
 
 
 def ladder_table(
-    stages: Sequence[Stage], floor: Sequence[Floor], held_out: Sequence[str], *, apart: bool = False
+    stages: Sequence[Rung], floor: Sequence[Floor], held_out: Sequence[str], *, apart: bool = False
 ) -> Table:
     """Held-out errors near 0.8 s ahead, root mean square per channel.
 

@@ -22,7 +22,7 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.segments import Segments, compared_components, segment_length
 from sym2real.diagnosis.data.start import ROWS, Start, start_states
 from sym2real.diagnosis.data.windows import channel_name, channel_units, one_step_windows, predict_windows
-from sym2real.diagnosis.errors.rungs import Stage, windows_of
+from sym2real.diagnosis.errors.rungs import Rung, windows_of
 from sym2real.diagnosis.estimate.whitening import PIECES, Whitening, disturbances
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
@@ -212,7 +212,7 @@ def floor_of_explained(
     return tuple(_floor(horizon, layout, square, quiet) for horizon, quiet, square in levels)
 
 
-def no_higher_than_reached(floor: Sequence[Floor], stages: Sequence[Stage]) -> tuple[Floor, ...]:
+def no_higher_than_reached(floor: Sequence[Floor], stages: Sequence[Rung]) -> tuple[Floor, ...]:
     """The floor, nowhere above the lowest error of a ladder: what a model has reached can be reached.
 
     Variances that were estimated too large raise the floor; motors sampled fast made it four times what was reached.

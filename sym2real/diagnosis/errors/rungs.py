@@ -26,7 +26,7 @@ SHORTEST_BLOCK = 10
 
 
 @dataclass(frozen=True)
-class StageError:
+class RungError:
     """Root mean square and mean of a channel's error norm over windows, with a 95 % interval over logs' blocks.
 
     Errors of the same windows are resampled alike ``# (draws,)``, so that two models can be held against each other.
@@ -45,7 +45,7 @@ class StageError:
 
 
 @dataclass(frozen=True)
-class Stage:
+class Rung:
     """A model of the ladder: errors by horizon and channel.
 
     Args:
@@ -56,7 +56,7 @@ class Stage:
     """
 
     model: str
-    horizons: dict[float, dict[str, StageError]]
+    horizons: dict[float, dict[str, RungError]]
     beats_hold: bool = True
     worse: dict[float, tuple[str, ...]] = field(default_factory=dict)
 
@@ -126,7 +126,7 @@ def ladder(
     *,
     horizons: Sequence[float],
     after: float = 0.0,
-) -> list[Stage]:
+) -> list[Rung]:
     """Errors of every stage at the horizons that the logs are long enough for.
 
     Args:
@@ -152,17 +152,17 @@ def ladder(
         table = {at: _errors(mine[:, count], windows, count, blocks[count]) for at, count in steps.items()}
         pairs = zip(table.items(), unchanged, strict=True)
         worse = {at: tuple(c for c in judged(own) if own[c].low > still[c].high) for (at, own), still in pairs}
-        found.append(Stage(name, table, not all(worse.values()), worse))
+        found.append(Rung(name, table, not all(worse.values()), worse))
     return found
 
 
-def _errors(predicted: Tensor, windows: Segments, step: int, block: int) -> dict[str, StageError]:
+def _errors(predicted: Tensor, windows: Segments, step: int, block: int) -> dict[str, RungError]:
     units = channel_units(windows.layout)
     errors = finite_errors(windows.layout, predicted, windows.measured[:, step])
     return {channel: error_of(values, windows.log, units[channel], block) for channel, values in errors.items()}
 
 
-def error_of(values: Array, log: NDArray[np.int64], unit: str, block: int = SHORTEST_BLOCK) -> StageError:
+def error_of(values: Array, log: NDArray[np.int64], unit: str, block: int = SHORTEST_BLOCK) -> RungError:
     """With an interval from resampling blocks of consecutive windows.
 
     Args:
@@ -178,4 +178,4 @@ def error_of(values: Array, log: NDArray[np.int64], unit: str, block: int = SHOR
     resampled = np.sqrt(sums[draws].sum(1) / counts[draws].sum(1))
     low, high = np.quantile(resampled, (0.025, 0.975))
     size, mean = float(np.sqrt(np.mean(values**2))), float(values.mean())
-    return StageError(size, mean, float(low), float(high), unit, resampled)
+    return RungError(size, mean, float(low), float(high), unit, resampled)

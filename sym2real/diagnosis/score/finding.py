@@ -9,11 +9,11 @@ from typing import Any
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.errors.floor import Floor, floor_of_explained, no_higher_than_reached
-from sym2real.diagnosis.errors.rungs import Stage
+from sym2real.diagnosis.errors.rungs import Rung
 from sym2real.diagnosis.estimate.calibrate import Calibration, cleaned
 from sym2real.diagnosis.estimate.swing import Swing
 from sym2real.diagnosis.predict.library import Library
-from sym2real.diagnosis.score.held_out import Gate, Steps
+from sym2real.diagnosis.score.held_out import Gate, LadderModels
 from sym2real.diagnosis.score.importance import by_importance
 from sym2real.diagnosis.search.beam import SearchResult
 from sym2real.diagnosis.search.intervals import Estimate, about, attenuated, estimates, spread_over_logs
@@ -195,8 +195,8 @@ class Scored:
     """
 
     result: SearchResult
-    steps: Steps
-    stages: tuple[Stage, ...]
+    steps: LadderModels
+    stages: tuple[Rung, ...]
     gate: Gate
     findings: tuple[Finding, ...]
     horizons: tuple[float, ...]
@@ -207,7 +207,7 @@ def score(result: SearchResult) -> Scored:
     """Errors of the base and of what was found, on logs that were kept aside or that each fit left out."""
     prepared, selection = result.prepared, result.selection
     library, logs, question = prepared.library, prepared.scored, prepared.question
-    steps = Steps.of(library, selection, same=question.held_out is None)
+    steps = LadderModels.of(library, selection, same=question.held_out is None)
     horizons = steps.horizons(logs, question.horizon)
     stages, gate = steps.ladder(library, logs, horizons), steps.gate(library, logs)
     floor = floor_of_explained(library, logs, selection.fit.values, prepared.whitening, horizons)

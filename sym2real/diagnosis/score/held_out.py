@@ -18,7 +18,7 @@ from torch import Tensor
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.windows import judged
-from sym2real.diagnosis.errors.rungs import Stage, horizons_for, ladder
+from sym2real.diagnosis.errors.rungs import Rung, horizons_for, ladder
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.score.importance import by_importance
@@ -51,8 +51,8 @@ class Gate:
         before, after: of the base, and with all findings; None where there are none, or no log is long enough.
     """
 
-    before: Stage | None = None
-    after: Stage | None = None
+    before: Rung | None = None
+    after: Rung | None = None
 
     @property
     def best(self) -> Fall | None:
@@ -108,7 +108,7 @@ class Gate:
 
 
 @dataclass(frozen=True, eq=False)
-class Steps:
+class LadderModels:
     """The models of a ladder.
 
     Args:
@@ -122,7 +122,7 @@ class Steps:
     after: float
 
     @classmethod
-    def of(cls, library: Library, selection: Selection, *, same: bool) -> Steps:
+    def of(cls, library: Library, selection: Selection, *, same: bool) -> LadderModels:
         """Base and first k findings.
 
         Args:
@@ -147,7 +147,7 @@ class Steps:
         """Of the logs that are scored."""
         return tuple(f"{log.name} (last third)" if self.after else log.name for log in data)
 
-    def ladder(self, library: Library, data: Dataset, horizons: Sequence[float]) -> tuple[Stage, ...]:
+    def ladder(self, library: Library, data: Dataset, horizons: Sequence[float]) -> tuple[Rung, ...]:
         """Errors of every model at horizons (s)."""
         return tuple(ladder(library, data, self.models, self.fold_of, horizons=horizons, after=self.after))
 

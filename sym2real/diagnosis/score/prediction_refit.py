@@ -28,7 +28,7 @@ from torch import Tensor
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.segments import Segments, compared_fields, comparing
 from sym2real.diagnosis.data.windows import JUDGED_AT, channel_name, judged
-from sym2real.diagnosis.errors.rungs import Stage, horizons_for, ladder, windows_of
+from sym2real.diagnosis.errors.rungs import Rung, horizons_for, ladder, windows_of
 from sym2real.diagnosis.estimate.fit import REFIT_STEPS, Problems
 from sym2real.diagnosis.estimate.quadratic import Fit, Hypothesis
 from sym2real.diagnosis.estimate.whitening import Whitening
@@ -62,8 +62,8 @@ class PredictionRefit:
 
     horizon: float
     values: tuple[dict[str, float], ...]
-    before: Stage
-    after: Stage
+    before: Rung
+    after: Rung
 
     @property
     def change(self) -> tuple[float, float, float]:
@@ -72,7 +72,7 @@ class PredictionRefit:
         low, high = np.quantile(drawn, (0.025, 0.975))
         return float(np.exp(ratio)), float(np.exp(low)), float(np.exp(high))
 
-    def _size(self, stage: Stage) -> Array:
+    def _size(self, stage: Rung) -> Array:
         """Logarithm of the errors' product, as they are and as resampled ``# (1 + draws,)``."""
         errors = stage.horizons[self.horizon]
         rows = [[errors[name].value, *errors[name].resampled] for name in judged(errors)]

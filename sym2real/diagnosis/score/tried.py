@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from sym2real.diagnosis.errors.floor import Floor
-from sym2real.diagnosis.errors.rungs import Stage
+from sym2real.diagnosis.errors.rungs import Rung
 from sym2real.diagnosis.faults.fault import Fault
 from sym2real.diagnosis.score.finding import Finding, applied
 from sym2real.diagnosis.settings import SETTINGS
@@ -65,7 +65,7 @@ class Tried:
     outdone: tuple[str, ...]
     rivals: tuple[Rival, ...]
     faults: tuple[Fault, ...]
-    ladder: tuple[Stage, ...]
+    ladder: tuple[Rung, ...]
     floor: tuple[Floor, ...]
     held_out: tuple[str, ...]
     apart: bool

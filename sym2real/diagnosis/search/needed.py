@@ -29,7 +29,7 @@ from torch import Tensor
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.segments import Segments
 from sym2real.diagnosis.data.windows import JUDGED_AT, free_run_seconds, judged
-from sym2real.diagnosis.errors.rungs import Stage, StageError, horizons_for, ladder
+from sym2real.diagnosis.errors.rungs import Rung, RungError, horizons_for, ladder
 from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.quadratic import Fit
 from sym2real.diagnosis.estimate.significance import beyond_trim
@@ -76,7 +76,7 @@ class Predicted:
         """At which findings are judged, s; none where logs are too short."""
         return judged_horizons(self.logs, scored_after(self.selection))
 
-    def without_each(self) -> tuple[Stage, list[Stage]]:
+    def without_each(self) -> tuple[Rung, list[Rung]]:
         """Errors with all that was chosen, and without each of it."""
         selection, present = self.selection, self.selection.present
         whole, *others = self._by([present, *(selection.without(present, member) for member in present.chosen)])
@@ -111,7 +111,7 @@ class Predicted:
         rises = [largest_rise(other, without) for other in others]
         return larger[int(np.argmax(rises))] if max(rises) > 1.0 else None
 
-    def _by(self, sets: Sequence[EffectSet]) -> list[Stage]:
+    def _by(self, sets: Sequence[EffectSet]) -> list[Rung]:
         selection, after = self.selection, scored_after(self.selection)
         stages = [("", left_out_sets(selection, effects.chosen, effects.fit)) for effects in sets]
         folds = fold_of_log(selection)
@@ -138,12 +138,12 @@ def keep_needed(predicted: Predicted) -> Needed:
     return Needed(tuple(candidate for candidate in before if candidate not in selection.chosen), small)
 
 
-def _small(chosen: Sequence[Candidate], whole: Stage, others: Sequence[Stage]) -> tuple[Candidate, ...]:
+def _small(chosen: Sequence[Candidate], whole: Rung, others: Sequence[Rung]) -> tuple[Candidate, ...]:
     pairs = zip(chosen, others, strict=True)
     return tuple(candidate for candidate, other in pairs if _changes_little(whole, other))
 
 
-def _changes_little(whole: Stage, without: Stage) -> bool:
+def _changes_little(whole: Rung, without: Rung) -> bool:
     """Whether no error that is judged is larger by a tenth without an effect, where predictions judge at all."""
     parts = (
         1.0 - errors[name].value / max(without.horizons[horizon][name].value, 1e-12)
@@ -153,12 +153,12 @@ def _changes_little(whole: Stage, without: Stage) -> bool:
     return (whole.beats_hold or without.beats_hold) and max(parts) < SETTINGS.worth_saying
 
 
-def no_worse(whole: Stage, without: Stage) -> bool:
+def no_worse(whole: Rung, without: Rung) -> bool:
     """Whether no error is larger beyond chance than without an effect, where predictions judge at all."""
     return largest_rise(without, whole) <= 1.0 or not (whole.beats_hold or without.beats_hold)
 
 
-def largest_rise(whole: Stage, without: Stage, of: Callable[[Iterable[str]], Iterable[str]] = iter) -> float:
+def largest_rise(whole: Rung, without: Rung, of: Callable[[Iterable[str]], Iterable[str]] = iter) -> float:
     """Factor by which an error rises without an effect beyond chance; the largest ``of`` all channels' or of some."""
     return max(
         _rise(errors[name], without.horizons[horizon][name])
@@ -167,7 +167,7 @@ def largest_rise(whole: Stage, without: Stage, of: Callable[[Iterable[str]], Ite
     )
 
 
-def _rise(whole: StageError, without: StageError) -> float:
+def _rise(whole: RungError, without: RungError) -> float:
     """The lower end of an error's own interval over that error with the effect; where a tenth of it goes with the
     effect, also the lower end of their ratio, which is known better: where a robot is hard to predict, both are large.
     """

@@ -26,7 +26,7 @@ from sym2real.diagnosis.estimate.whitening import PIECES, Spread, Whitening
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.settings import SETTINGS
-from sym2real.diagnosis.unexplained.disturbance_terms import CONSTANT, Judged
+from sym2real.diagnosis.unexplained.disturbance_terms import CONSTANT, TermFit
 from sym2real.diagnosis.unexplained.features import part_of_disturbance
 from sym2real.diagnosis.unexplained.leftover import LOG, Leftover, unit_of
 from sym2real.effects.wrench import AXES
@@ -72,10 +72,10 @@ class Constants:
         """What the others have to explain once this one stands at its size."""
         return replace(self, gradient=self.gradient + self.coupling[:, :, place] * self.sizes[place])
 
-    def alone(self, place: int) -> Judged:
+    def alone(self, place: int) -> TermFit:
         """One of them as a term beside nothing."""
         own = [place]
-        return Judged(place, CONSTANT, 0, self.gradient[:, own], self.coupling[:, own][:, :, own])
+        return TermFit(place, CONSTANT, 0, self.gradient[:, own], self.coupling[:, own][:, :, own])
 
 
 def find_constants(

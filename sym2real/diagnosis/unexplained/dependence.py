@@ -26,7 +26,7 @@ from sym2real.diagnosis.estimate.quadratic import Fit
 from sym2real.diagnosis.estimate.whitening import Spread, Whitening, estimate
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.settings import SETTINGS
-from sym2real.diagnosis.unexplained.disturbance_terms import CONSTANT, Feature, Judged, Side, features_in
+from sym2real.diagnosis.unexplained.disturbance_terms import CONSTANT, Feature, Side, TermFit, features_in
 from sym2real.diagnosis.unexplained.features import part_of_changes
 from sym2real.diagnosis.unexplained.leftover import Leftover, split_in_words, unit_of
 
@@ -70,7 +70,7 @@ class Terms:
         pushes, everything = len(self.side.spread.names), self.side.shapes.shape[2]
         return [pair for pair in product(range(everything), self.side.terms) if pair[0] < pushes or pair[1] in ranked]
 
-    def judged(self, whitening: Whitening, pairs: Iterable[tuple[int, str]]) -> list[Judged]:
+    def judged(self, whitening: Whitening, pairs: Iterable[tuple[int, str]]) -> list[TermFit]:
         """Channels that depend each on a feature, under a whitening."""
         here = self.side.products(whitening)
         there = None if self.own is None else self.own.products(self.own.spread.like(whitening))
@@ -80,10 +80,10 @@ class Terms:
             if self.own is not None and there is not None and name in self.own.terms:
                 base = self.own.joined(there, channel, name)[0]
                 gradient = gradient - whitening.trust[:, None] * by_log(base, self.own.logs, self.side.logs)
-            terms.append(Judged(channel, name, found, gradient, curvature))
+            terms.append(TermFit(channel, name, found, gradient, curvature))
         return terms
 
-    def promising(self) -> list[Judged]:
+    def promising(self) -> list[TermFit]:
         """Terms that save much even under variances that explain what they would, the best first."""
         whitening, folds = self.problems.whitening, self.problems.folds
         everything = self.judged(whitening, self.pairs)
@@ -91,7 +91,7 @@ class Terms:
         falls = sorted(((judged.fall(folds), judged) for judged in everything), key=lambda pair: -pair[0])
         return [judged for fall, judged in falls[:MOST_TERMS] if fall > least]
 
-    def alone(self, judged: Judged) -> tuple[Judged, Whitening]:
+    def alone(self, judged: TermFit) -> tuple[TermFit, Whitening]:
         """A term under variances that are estimated without it."""
         whitening, segments = self.problems.whitening, self.problems.problem.segments
         for _ in range(ROUNDS):
@@ -104,7 +104,7 @@ class Terms:
         """Whitened squares without a term."""
         return float(whitening.loss(self.side.columns[None, ..., 0]).sum())
 
-    def accepted(self, judged: Judged) -> tuple[float, Judged, Whitening] | None:
+    def accepted(self, judged: TermFit) -> tuple[float, TermFit, Whitening] | None:
         """A term that lowers held-out errors by enough and is beyond chance, by blocks of 1.5 s and by whole logs.
 
         Returns:
@@ -118,7 +118,7 @@ class Terms:
         by_trim = problems.log_count >= SETTINGS.fewest_logs and judged.chance(problems.logs) > SETTINGS.level
         return None if by_trim else (gain, judged, whitening)
 
-    def leftover(self, judged: Judged, whitening: Whitening) -> Leftover:
+    def leftover(self, judged: TermFit, whitening: Whitening) -> Leftover:
         """What an accepted term says: of a disturbance how large it is, of a parameter what its effect is."""
         segments, confirmed = self.problems.problem.segments, min(1.0, judged.fall(self.problems.folds) / judged.most)
         name, unit, level, size = self._channel(judged.channel)

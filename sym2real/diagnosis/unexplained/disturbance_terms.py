@@ -156,7 +156,7 @@ class Side:
 
 
 @dataclass(frozen=True, eq=False)
-class Judged:
+class TermFit:
     """A term beside what was found, under one whitening.
 
     Args:

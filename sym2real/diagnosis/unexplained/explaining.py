@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from sym2real.diagnosis.data.windows import JUDGED_AT, judged
 from sym2real.diagnosis.errors.floor import Floor, SensorNoise, floor_of_explained
-from sym2real.diagnosis.errors.rungs import Stage
+from sym2real.diagnosis.errors.rungs import Rung
 from sym2real.diagnosis.score.finding import Scored, applied
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.diagnosis.unexplained.constant import find_constants, find_differing
@@ -55,7 +55,7 @@ def _leftovers(scored: Scored, rest: Rest) -> tuple[Leftover, ...]:
     return tuple(sorted(leftovers, key=lambda leftover: not leftover.matters))
 
 
-def beyond_floor(stages: Sequence[Stage], floor: Sequence[Floor]) -> bool:
+def beyond_floor(stages: Sequence[Rung], floor: Sequence[Floor]) -> bool:
     """Whether predictions over a controller's horizon are surely worse than noise and disturbances make them.
 
     Rows that were lost or repeated make errors that no prediction shows. What is not predicted is not asked.
@@ -71,7 +71,7 @@ def beyond_floor(stages: Sequence[Stage], floor: Sequence[Floor]) -> bool:
     return any(errors[channel].low > SETTINGS.above_noise * lowest[channel][0] for channel in judged(errors))
 
 
-def find_far(stages: Sequence[Stage], floor: Sequence[Floor], motion: float) -> tuple[Leftover, ...]:
+def find_far(stages: Sequence[Rung], floor: Sequence[Floor], motion: float) -> tuple[Leftover, ...]:
     """Predictions over a controller's horizon that are far from the floor, where disturbances explain every residual.
 
     Args:
@@ -117,7 +117,7 @@ def worse_than_nothing(scored: Scored) -> tuple[Leftover, ...]:
     return find_astray(scored.stages[-1], noise[0]) if noise else ()
 
 
-def find_astray(stage: Stage, noise: Floor) -> tuple[Leftover, ...]:
+def find_astray(stage: Rung, noise: Floor) -> tuple[Leftover, ...]:
     """What is left of a model that is surely worse than that nothing changes, and not by the sensors' noise.
 
     Disturbances that are as large as all that a model gets wrong explain every residual, and hide what is wrong.

@@ -14,7 +14,7 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis import compare, data_report, diagnose, plan, try_effect
 from sym2real.diagnosis.data.segments import cut
 from sym2real.diagnosis.errors.rungs import cut_said
-from sym2real.diagnosis.faults.sanity import Question, check_data
+from sym2real.diagnosis.question import Question, check_data
 from sym2real.errors import ShapeError
 from sym2real.robots import CRAZYFLIE
 

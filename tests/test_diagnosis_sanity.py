@@ -13,10 +13,11 @@ from standard_set import Case, simulate_case
 from sym2real.control import geometric_controller
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import Diagnosis, add, compare
-from sym2real.diagnosis.faults.sanity import Question, check, check_data
+from sym2real.diagnosis.faults.sanity import check
 from sym2real.diagnosis.faults.sensor_faults import readings
 from sym2real.diagnosis.predict.candidate import library_for
 from sym2real.diagnosis.predict.sensitivity import Problem
+from sym2real.diagnosis.question import Question, check_data
 from sym2real.experiments import standard_conditions
 from sym2real.experiments.flying import fly
 from sym2real.layout import Layout

@@ -9,8 +9,8 @@ from standard_set import Case, simulate_case
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.estimate.fit import REFIT_STEPS
 from sym2real.diagnosis.estimate.quadratic import Hypothesis, solve
-from sym2real.diagnosis.faults.sanity import Question
 from sym2real.diagnosis.pipeline import prepare
+from sym2real.diagnosis.question import Question
 from sym2real.diagnosis.search.beam import Beam
 from sym2real.diagnosis.search.intervals import none_within
 from sym2real.diagnosis.search.near import Near

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.faults.sanity import Question, check_data
+from sym2real.diagnosis.question import Question, check_data
 from sym2real.effects.inputs import DROPOUT, inputs_along, with_one_clock
 from sym2real.experiments.flights import quadrotor_flights
 from sym2real.layout import Layout

@@ -8,8 +8,8 @@ import pytest
 
 from sym2real.cli import main
 from sym2real.data import example_flight
-from sym2real.diagnosis.faults.sanity import Question
 from sym2real.diagnosis.pipeline import prepare
+from sym2real.diagnosis.question import Question
 from sym2real.effects import applicable, effect
 from sym2real.logs import read_log
 from sym2real.robots import quadrotor

@@ -21,9 +21,9 @@ from sym2real.diagnosis.errors.rungs import cut_said
 from sym2real.diagnosis.estimate.calibrate import Calibration
 from sym2real.diagnosis.estimate.significance import least_gain
 from sym2real.diagnosis.estimate.weighing import Prepared
-from sym2real.diagnosis.faults.sanity import Question
 from sym2real.diagnosis.pipeline import prepare
 from sym2real.diagnosis.predict.candidate import Candidate, candidates
+from sym2real.diagnosis.question import Question
 from sym2real.diagnosis.score.finding import Finding, findings
 from sym2real.diagnosis.score.held_out import LadderModels
 from sym2real.diagnosis.score.tried import Rival, Tried

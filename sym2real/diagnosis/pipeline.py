@@ -12,7 +12,7 @@ from sym2real.diagnosis.answer import Diagnosis, conclude, unscored
 from sym2real.diagnosis.design.separation import untried_said, with_advice
 from sym2real.diagnosis.errors.regions import locate
 from sym2real.diagnosis.estimate.weighing import Prepared, calibrate_base, refine_base, weigh_errors
-from sym2real.diagnosis.faults.sanity import Question, check_data
+from sym2real.diagnosis.question import Question, check_data
 from sym2real.diagnosis.score.finding import score
 from sym2real.diagnosis.score.prediction_refit import refit_for_prediction
 from sym2real.diagnosis.search.beam import search

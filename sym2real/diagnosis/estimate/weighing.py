@@ -13,11 +13,12 @@ from sym2real.diagnosis.estimate.full_model import full_fit
 from sym2real.diagnosis.estimate.simulator import SWITCHED_OFF, flown_along, with_effects_of
 from sym2real.diagnosis.estimate.swing import Swing, find_swing
 from sym2real.diagnosis.estimate.whitening import Spread, Whitening, estimate, free_start
-from sym2real.diagnosis.faults.sanity import Checked, Examined, Question
+from sym2real.diagnosis.faults.sanity import Checked
 from sym2real.diagnosis.predict.candidate import Candidate, candidates, library_for, library_of, swings
 from sym2real.diagnosis.predict.competitors import NotTried, competing
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
+from sym2real.diagnosis.question import Examined, Question
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects import effect
 from sym2real.effects.inputs import with_inputs_of

@@ -1,0 +1,82 @@
+"""What is asked of a model and logs, and the same once the logs have been checked."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+from math import isfinite
+
+from sym2real.dataset import Dataset, Logs
+from sym2real.diagnosis.data.preparation import long_enough
+from sym2real.diagnosis.faults.sanity import Checked, check
+from sym2real.effects.along_logs import with_filtered_commands
+from sym2real.effects.catalogue import require_patterns
+from sym2real.effects.inputs import with_one_clock
+from sym2real.errors import ModelError, ShapeError
+from sym2real.plants import MujocoPlant
+from sym2real.symbolic import Equations
+
+
+@dataclass(frozen=True, eq=False)
+class Question:
+    """A model, logs, and how they are held against each other; arguments as of :func:`sym2real.diagnosis.diagnose`.
+
+    Args:
+        include: keys of effects that compete whatever the rules for candidates say.
+
+    Raises:
+        ShapeError: when the horizon is below one step, or not finite.
+        UnknownNameError: for a pattern to exclude that no effect can match.
+        ModelError: for a plant that is none.
+    """
+
+    model: Equations
+    data: Logs
+    plant: MujocoPlant | None = None
+    calibrate: bool = True
+    held_out: Dataset | None = None
+    exclude: Collection[str] = ()
+    include: Sequence[str] = ()
+    horizon: float | None = None
+
+    def __post_init__(self) -> None:
+        require_patterns(self.exclude)
+        if self.plant is not None and not isinstance(self.plant, MujocoPlant):
+            raise ModelError(f"plant: expected a simulator, as MujocoPlant(robot) is one, found {self.plant!r:.80}")
+        if self.horizon is None:
+            return
+        dt = max(self.model.dt, long_enough(self.data, self.model).dt)
+        if not (isfinite(self.horizon) and round(self.horizon / dt) >= 1):
+            raise ShapeError(
+                f"horizon: expected at least one time step, {dt:.4g} s, and finite, found {self.horizon:g} s"
+            )
+
+
+@dataclass(frozen=True, eq=False)
+class Examined:
+    """A question whose data are fit to be searched.
+
+    Args:
+        question: what was asked.
+        checked: the data, faults undone, commands as they reach the robot.
+        scored: the logs that score what is found; those of the search themselves where none were kept aside.
+    """
+
+    question: Question
+    checked: Checked
+    scored: Dataset
+
+
+def check_data(question: Question) -> Examined:
+    """Faults of the data undone, of the logs that are kept aside too; commands as they reach a robot with filters.
+
+    Raises:
+        ShapeError: when no log is long enough to judge.
+    """
+    parts = [long_enough(part, question.model) for part in (question.data, question.held_out) if part is not None]
+    # Logs that go on from those of the search have their battery.
+    logs = list(with_one_clock(Dataset(log for part in parts for log in part)).told_apart())
+    halves = (logs[: len(parts[0])], logs[len(parts[0]) :])
+    found = [check(question.model, Dataset(half)) for half in halves if half]
+    checked, *aside = (replace(one, data=with_filtered_commands(question.model, one.data)) for one in found)
+    return Examined(question, checked, aside[0].data if aside else checked.data)

@@ -49,7 +49,7 @@ FLOORS: dict[str, int] = {
 DIAGNOSIS_FLOORS = {
     name: floor
     for floor, name in enumerate(
-        ("settings", "data", "faults", "predict", "estimate", "errors", "search", "score",
+        ("settings", "data", "faults", "question", "predict", "estimate", "errors", "search", "score",
          "unexplained", "design", "conclusion", "answer", "pipeline", "adding")
     )
 }  # fmt: skip

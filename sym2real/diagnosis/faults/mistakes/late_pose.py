@@ -33,7 +33,7 @@ def behind_their_rates(model: Equations | None, data: Dataset) -> Settled:
             for reading in found
             if reading.of == measured
         }
-        if min(ahead.values()) <= 0:
+        if min(ahead.values()) < PART * data.dt:
             continue
         rows = float(np.median([*ahead.values()])) / data.dt
         done = {name for late, _ in lates for name in late.columns}

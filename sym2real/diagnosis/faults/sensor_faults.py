@@ -61,9 +61,10 @@ SAID = {
 # What a specification says, or what is done before a log is read, behind what a kind's own fix says.
 MENDED = {
     SENSOR_SCALE.name: ", or give {0} {number} in a specification of the log",
-    SENSOR_BIAS.name: "",
+    SENSOR_BIAS.name: "{loop}",
     TIME_SHIFT.name: ": {0} by {ms:.0f} ms earlier",
 }
+IN_A_LOOP = "; a rate loop on board that sees it turns the robot, as a torque about that axis does"
 # Faults that a model can have and a controller can undo; a time shift is neither.
 OF_SENSORS = (SENSOR_SCALE.name, SENSOR_BIAS.name)
 
@@ -287,7 +288,9 @@ def sensors_of(model: Equations | None, data: Dataset) -> Settled:
         data = Dataset(reading.undone(log) for log in data)
         for kind, value in reading.faulty.items():
             evidence = SAID[kind].format(value, 1e3 * value, column=reading.column, other=reading.of)
-            mend = MENDED[kind].format(read.column(reading.column), number=read.scale(1.0 / value), ms=1e3 * value)
+            known = {"number": read.scale(1.0 / value), "ms": 1e3 * value}
+            loop = IN_A_LOOP if reading.column in RATES and data.layouts.state.has_field(ATTITUDE.name) else ""
+            mend = MENDED[kind].format(read.column(reading.column), **known, loop=loop)
             effect = "" if isinstance(reading, OfWheel) else f"{kind}:{reading.column}"
             fix = f"{EFFECTS[kind].fix}{mend}"
             faults.append(Fault(effect, evidence, fix, value, bool(effect) and kind in OF_SENSORS))

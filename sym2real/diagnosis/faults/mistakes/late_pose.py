@@ -9,13 +9,13 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis.faults.fault import Fault, Settled
 from sym2real.diagnosis.faults.mistakes.transformation import Late, of_all
 from sym2real.diagnosis.faults.sensor_faults import PATH, Reading, measured_by, of_the_model, readings
+from sym2real.diagnosis.settings import SETTINGS
 from sym2real.layout import Layout
 from sym2real.logs.agreement import points_along
 from sym2real.logs.sources import AsRead
 from sym2real.symbolic import Equations
 from sym2real.vocabulary import HEADING, POSITION, VELOCITY
 
-PART = 0.5  # of a row: so finely it is told how late a sensor is
 POSE = "pose"
 
 
@@ -33,7 +33,7 @@ def behind_their_rates(model: Equations | None, data: Dataset) -> Settled:
             for reading in found
             if reading.of == measured
         }
-        if min(ahead.values()) < PART * data.dt:
+        if min(ahead.values()) < SETTINGS.part_of_a_row * data.dt:
             continue
         rows = float(np.median([*ahead.values()])) / data.dt
         done = {name for late, _ in lates for name in late.columns}
@@ -56,7 +56,7 @@ def _by_one_clock(lates: Sequence[tuple[Late, str]], data: Dataset) -> Settled:
         lates = [(Late(POSE, columns, float(np.mean(rows)), data.dt), "; ".join(said for _, said in lates))]
     faults, read = list[Fault](), AsRead(data[0].sources)
     for exact, said in lates:
-        late = replace(exact, rows=PART * round(exact.rows / PART))
+        late = replace(exact, rows=SETTINGS.part_of_a_row * round(exact.rows / SETTINGS.part_of_a_row))
         faults.append(Fault("", f"{late.name}: {said}", late.fix(read)))
         data = of_all(late, data)
     return faults, data

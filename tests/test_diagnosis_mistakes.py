@@ -26,7 +26,7 @@ from sym2real.diagnosis.faults.mistakes.judge import mistakes
 from sym2real.diagnosis.faults.mistakes.rows import bad_rows
 from sym2real.diagnosis.faults.mistakes.transformation import Exchanged, Late, OtherAxes, Transformation, Turned, of_all
 from sym2real.diagnosis.faults.sanity import check
-from sym2real.diagnosis.faults.sensor_faults import readings
+from sym2real.diagnosis.faults.sensor_readings import readings
 from sym2real.diagnosis.faults.units import Scaled
 from sym2real.logs.differences import rates_on_time
 from sym2real.robots import CRAZYFLIE, ROBOTS, car

@@ -14,7 +14,7 @@ from sym2real.control import geometric_controller
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import Diagnosis, add, compare
 from sym2real.diagnosis.faults.sanity import check
-from sym2real.diagnosis.faults.sensor_faults import readings
+from sym2real.diagnosis.faults.sensor_readings import readings
 from sym2real.diagnosis.predict.candidate import library_for
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.question import Question, check_data

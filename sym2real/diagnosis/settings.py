@@ -64,9 +64,7 @@ class Settings:
     command_sides: float = _of(2.0, "tuned", "times more that far factors of that unit must miss: the list of mistakes")
     others_worse: float = _of(0.25, "tuned", "part of what is mended that another may lose: the list of mistakes")
     frame_turn: float = _of(float(np.deg2rad(25.0)), "sensor", "a smaller turn is a sensor that is mounted askew")
-    part_of_a_row: float = _of(
-        0.5, "sensor", "so finely it is told how late a sensor is; velocities are late by as much"
-    )
+    part_of_a_row: float = _of(0.5, "sensor", "so finely it is told how late a sensor is")
     jump_beyond: float = _of(4.0, "sensor", "times the 95th percentile of changes by which a value jumps")
     jump_metres: float = _of(0.1, "sensor", "m; estimators of position correct themselves by centimetres")
     jump_rows: int = _of(15, "sensor", "rows after which a position that jumped is back")

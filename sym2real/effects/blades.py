@@ -167,6 +167,7 @@ def _inject(body: Body, values: Numbers) -> Change:
         return lambda action: action
 
     def turn(model: Any, data: Any) -> None:
+        """Put in what the rotors' spin takes of the body's, by its change and as a gyroscope."""
         pushes = np.maximum(simulated_rotors.pushes(model, data, body), 0.0)
         signs = np.sign(simulated_rotors.reactions(model, body))
         total = float(signs @ np.sqrt(pushes / body.number("rotor_thrust")))

@@ -9,7 +9,16 @@ from typing import Protocol
 
 from sym2real.errors import ModelError
 from sym2real.layout import Layouts, motors_of
-from sym2real.vocabulary import MOTOR_COLUMNS, SPEED_COLUMN, STEER_COLUMN, push_column, rate_column, rate_per_speed
+from sym2real.vocabulary import (
+    ATTITUDE,
+    HEADING,
+    MOTOR_COLUMNS,
+    SPEED_COLUMN,
+    STEER_COLUMN,
+    push_column,
+    rate_column,
+    rate_per_speed,
+)
 
 GRAVITY = 9.81  # m/s²
 
@@ -93,6 +102,11 @@ class Body:
     def planar(self) -> bool:
         """True for a robot that moves in a plane."""
         return "z" not in self.layouts.state
+
+    @property
+    def heading(self) -> str:
+        """The first of the columns that tell where it points."""
+        return (HEADING if self.planar else ATTITUDE).columns[0]
 
     @property
     def on_wheels(self) -> bool:

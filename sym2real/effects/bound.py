@@ -125,9 +125,9 @@ class Effect:
         fits = self.of.fits(body)
         if not fits and self.of.robot != "both":
             return f"{self.kind} is an effect of a {self.of.robot}"
-        missing = [names for names in self._bound(self.of.needs) if not {*names.split("|")} & {*body.names}]
+        missing = [name for name in self._bound(self.of.needs) if name not in body.names]
         if missing:
-            return f"{self.key} needs {', '.join(missing).replace('|', ' or ')}, which is no column or quantity here"
+            return f"{self.key} needs {', '.join(missing)}, which is no column or quantity here"
         missing = [name for name in self._bound(self.of.numbers) if name not in body.numbers]
         if missing:
             return f"{self.key} needs the robot's {', '.join(missing)}, which is not among the numbers here"
@@ -138,7 +138,7 @@ class Effect:
         return ""
 
     def _bound(self, names: Iterable[str]) -> list[str]:
-        return [name.format(column=self.column) for name in names]
+        return [name.format(column=self.column, heading=self.body.heading) for name in names]
 
     def applies(self, equations: Equations) -> bool:
         """Whether the quantities and numbers that the effect needs exist; :meth:`why_not` says which do not."""

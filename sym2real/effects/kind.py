@@ -113,8 +113,8 @@ class Kind:
         inject: the truth.
         substitute: the hypothesis; None for effects that act as filters.
         memory: makes the recursion over a series, for filters.
-        needs: names that must exist as columns or quantities, ``a|b`` for one of two; ``{column}`` stands for the bound
-            column.
+        needs: names that must exist as columns or quantities; ``{column}`` in one stands for the bound column,
+            ``{heading}`` for the first that tells where the robot points.
         numbers: the robot's numbers that it cannot do without, likewise.
         robot: the robots that have it.
         columns: group whose columns it binds to, the joints, the sites of loads, or parameters; "" for none.

@@ -18,6 +18,7 @@ q_measured = q ⊗ R_z(b), as of markers that were not put on straight.
 
 import math
 from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -35,13 +36,13 @@ from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.quaternions import multiply
 from sym2real.trajectory import Array, Trajectory
-from sym2real.vocabulary import RATE, RATE_COMMAND
+from sym2real.vocabulary import ATTITUDE_COMMAND, RATE, RATE_COMMAND
 
 RATES, COMMANDS = RATE.columns, RATE_COMMAND.columns
 # Boards are screwed down flat and markers aligned by eye: beyond 6° somebody would have seen it, and what looks like
 # more is a force.
 MOST = 0.1
-ATTITUDE_COMMANDS = ("qw_cmd", "qx_cmd", "qy_cmd", "qz_cmd")
+ATTITUDE_COMMANDS = ATTITUDE_COMMAND.columns
 Turn = Callable[[Sequence[Expr], int], tuple[Expr, ...]]  # a quaternion, and 1 or -1 for the way back
 
 
@@ -87,6 +88,12 @@ def _mounting_tilt_substitute(equations: Equations, values: Values, body: Body) 
     return reporting(equations.substitute(changes), outputs)
 
 
+def _measured(quaternion: Array, turn: Callable[[Rotation], Rotation]) -> Array:
+    """What a turned sensor reports in place of an attitude ``# (4,)``, with the sign that the attitude has."""
+    measured: Array = turn(Rotation.from_quat(quaternion, scalar_first=True)).as_quat(scalar_first=True)
+    return measured if measured @ quaternion >= 0 else -measured
+
+
 def _inject(body: Body, values: Numbers) -> Change:
     board = Rotation.from_euler("XY", [values["roll"], values["pitch"]])
     layout = body.layouts.state
@@ -99,8 +106,7 @@ def _inject(body: Body, values: Numbers) -> Change:
 
     def report(state: Array) -> Array:
         result = state.copy()
-        turned = np.roll((Rotation.from_quat(np.roll(state[attitude], -1)) * board).as_quat(), 1)
-        result[attitude] = turned if turned @ state[attitude] >= 0 else -turned
+        result[attitude] = _measured(state[attitude], lambda rotation: rotation * board)
         result[rates] = board.inv().apply(state[rates])
         return result
 
@@ -141,19 +147,20 @@ def _attitude_report(turn: Callable[[Rotation, Rotation], Rotation]) -> Inject:
     """The truth of an attitude that is measured turned about z: attitude and turn → what is measured."""
 
     def report(state: Array, body: Body, values: Numbers) -> Array:
-        places = body.layouts.state.indices(QUATERNION)
-        about_z = Rotation.from_euler("Z", values["value"])
-        measured = turn(Rotation.from_quat(state[places], scalar_first=True), about_z).as_quat(scalar_first=True)
-        state[places] = measured if measured @ state[places] >= 0 else -measured
+        places, about_z = body.layouts.state.indices(QUATERNION), Rotation.from_euler("Z", values["value"])
+        state[places] = _measured(state[places], lambda attitude: turn(attitude, about_z))
         return state
 
     return truth.measuring(report)
 
 
-MOUNTING_YAW = Kind(
-    name="mounting_yaw",
+_of_an_angle = partial(
+    Kind,
     stage="measurement",
     parameters=of_any_body(Parameter("value", "rad", null=0.0, low=-math.pi, high=math.pi, scale=0.05)),
+)
+MOUNTING_YAW = _of_an_angle(
+    name="mounting_yaw",
     formula=r"q_m = q \otimes R_z(b)",
     summary="The measured attitude's axes are turned about the body's z axis against those of gyro and commands.",
     confused_with="nothing, where rates about x and y are measured",
@@ -188,10 +195,8 @@ def _yaw_bias_inject(body: Body, values: Numbers) -> Change:
     return (truth.measuring(_heading_report) if body.planar else attitude)(body, values)
 
 
-YAW_BIAS = Kind(
+YAW_BIAS = _of_an_angle(
     name="yaw_bias",
-    stage="measurement",
-    parameters=of_any_body(Parameter("value", "rad", null=0.0, low=-math.pi, high=math.pi, scale=0.05)),
     formula=r"\psi_m = \psi + b",
     summary="The measured heading is off by a constant angle.",
     confused_with="a lever arm of the markers on one circle",
@@ -199,7 +204,7 @@ YAW_BIAS = Kind(
     fix="turn the rigid body's axes in the motion capture, or the estimator's north, by minus this angle",
     inject=_yaw_bias_inject,
     substitute=_yaw_bias_substitute,
-    needs=(f"{HEADING[0]}|{QUATERNION[0]}",),
+    needs=("{heading}",),
     searching=Searching(shown_in=lambda _: (Shown.BOTH_WAYS,)),
 )
 

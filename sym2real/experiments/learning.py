@@ -10,7 +10,7 @@ import numpy as np
 from sym2real.adaptation import EpisodeReport, Progress, StageOne, stage_one
 from sym2real.control import geometric_controller
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.faults.sensor_faults import readings
+from sym2real.diagnosis.faults.sensor_readings import readings
 from sym2real.errors import DataError
 from sym2real.experiments.excitation import dithered
 from sym2real.experiments.flights import car_drives

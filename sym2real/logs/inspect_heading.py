@@ -50,11 +50,11 @@ def _inspect(draft: Draft, name: str, moved: Array | None) -> None:
     draft.settle(name, unit, f"{evidence}; wraps {jumps} times", confidence)
     # A heading that turns against the path, or is counted from elsewhere, stays as recorded.
     heading = sense * draft.series(name)
-    if sense < 0 and name == "yaw" and moved is not None and _turns_as_it_is_steered(draft, -heading):
-        _suspect_the_place(draft, between([moved], [heading]))
-        draft.heading = -heading
-        return
-    if sense < 0:
+    if moved is not None and sense < 0:
+        if name == "yaw" and _turns_as_it_is_steered(draft, -heading):
+            _suspect_the_place(draft, between([moved], [heading]))
+            draft.heading = -heading
+            return
         draft.suspect(column, "turns against the path: the heading, not the steering, is counted the other way round")
     if moved is not None and together([moved], [heading]) > TOGETHER and (apart := between([moved], [heading])):
         heading = heading + apart

@@ -17,7 +17,7 @@ grows more slowly. Where no model beats "hold", predictions judge nothing, and w
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -95,7 +95,8 @@ class Predicted:
         if not self.horizons:
             return True
         whole, other = self._by([larger, self.selection.present])
-        surely = largest_rise(whole, other, judged) > 1.0 + SETTINGS.worth_saying
+        rises = _rises(whole, other)
+        surely = max(rises[name] for name in judged(rises)) > 1.0 + SETTINGS.worth_saying
         return no_worse(whole, other) and (surely or self.established(larger.fit, larger.candidate))
 
     def established(self, fit: Fit, candidate: Candidate) -> bool:
@@ -158,13 +159,15 @@ def no_worse(whole: Rung, without: Rung) -> bool:
     return largest_rise(without, whole) <= 1.0 or not (whole.beats_hold or without.beats_hold)
 
 
-def largest_rise(whole: Rung, without: Rung, of: Callable[[Iterable[str]], Iterable[str]] = iter) -> float:
-    """Factor by which an error rises without an effect beyond chance; the largest ``of`` all channels' or of some."""
-    return max(
-        _rise(errors[name], without.horizons[horizon][name])
-        for horizon, errors in whole.horizons.items()
-        for name in of(errors)
-    )
+def largest_rise(whole: Rung, without: Rung) -> float:
+    """Factor by which an error rises without an effect beyond chance; the largest of all errors."""
+    return max(_rises(whole, without).values())
+
+
+def _rises(whole: Rung, without: Rung) -> dict[str, float]:
+    """The same by channel, each the largest over the horizons."""
+    pairs = [(errors, without.horizons[horizon]) for horizon, errors in whole.horizons.items()]
+    return {name: max(_rise(errors[name], others[name]) for errors, others in pairs) for name in pairs[0][0]}
 
 
 def _rise(whole: RungError, without: RungError) -> float:

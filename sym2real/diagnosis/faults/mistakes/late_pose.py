@@ -8,7 +8,8 @@ import numpy as np
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.faults.fault import Fault, Settled
 from sym2real.diagnosis.faults.mistakes.transformation import Late, of_all
-from sym2real.diagnosis.faults.sensor_faults import PATH, Reading, measured_by, of_the_model, readings
+from sym2real.diagnosis.faults.sensor_faults import of_the_model
+from sym2real.diagnosis.faults.sensor_readings import PATH, Reading, measured_by, readings
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.layout import Layout
 from sym2real.logs.agreement import points_along
@@ -27,12 +28,9 @@ def behind_their_rates(model: Equations | None, data: Dataset) -> Settled:
     given, lates, asked = data, list[tuple[Late, str]](), set[str]()
     while found := [reading for reading in _shifted(data) if reading.of not in asked]:
         asked |= {measured := found[0].of}  # of a heading that has been mended velocities have turned
-        own = of_the_model(model, data, honest=0.0) if model else {}
-        ahead = {
-            reading.column: (own[reading.column].shift if reading.column in own else 0.0) - reading.shift
-            for reading in found
-            if reading.of == measured
-        }
+        predicted = of_the_model(model, data, honest=0.0) if model else {}
+        own = {column: reading.shift for column, reading in predicted.items()}
+        ahead = {one.column: own.get(one.column, 0.0) - one.shift for one in found if one.of == measured}
         if min(ahead.values()) < SETTINGS.part_of_a_row * data.dt:
             continue
         rows = float(np.median([*ahead.values()])) / data.dt

@@ -17,7 +17,7 @@ from sym2real.diagnosis.data.preparation import present
 from sym2real.diagnosis.faults.misread_attitudes import COMMANDED, FROM_WORLD, OfAttitude
 from sym2real.diagnosis.faults.mistakes.balance import SHIFTED, Balance
 from sym2real.diagnosis.faults.mistakes.transformation import Exchanged, Late, OtherAxes, Transformation, Turned
-from sym2real.diagnosis.faults.sensor_faults import measured_by, rates_of
+from sym2real.diagnosis.faults.sensor_readings import measured_by, rates_of
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.layout import Layout, motors_of
 from sym2real.logs.agreement import RATES, VELOCITIES

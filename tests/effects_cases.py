@@ -60,6 +60,8 @@ CASES: list[Case] = [
     (Q, "lag:wx_cmd", {"value": 0.05}, 0.999, 0.02),
     (Q, "rate_limit:wx_cmd", {"value": 20.0}, 0.999, 0.01),
     (Q, "dead_band:wx_cmd", {"value": 0.5}, 0.999, 0.01),
+    # Commands about the threshold act in part, so that a fit feels it; a row in thirty here.
+    (Q, "dead_zone:wx_cmd", {"value": 0.3}, 0.97, 0.05),
     (Q, "mounting_tilt", {"roll": 0.035, "pitch": -0.02}, 0.999, 0.01),
     (Q, "mounting_yaw", {"value": 0.1}, 0.999, 0.01),
     (Q, "yaw_bias", {"value": 0.1}, 0.999, 0.01),
@@ -82,7 +84,8 @@ CASES: list[Case] = [
     (C, "delay", {"value": 0.05}, 0.99, 0.06),
     (C, "delay", {"value": 0.2}, 0.99, 0.06),
     (C, "rate_limit:steer", {"value": 0.5}, 0.99, 0.15),
-    (C, "dead_band:speed", {"value": 2.0}, 0.99, 0.15),
+    (C, "dead_zone:speed", {"value": 1.0}, 0.99, 0.15),
+    (C, "dead_zone:steer", {"value": 0.1}, 0.99, 0.15),
     (C, "speed_curve", {"value": 0.1}, 0.99, 0.05),
     (C, "wind", {"fx": 2.0, "fy": 1.0}, 0.99, 0.05),
     (C, "slope", {"gx": 0.3, "gy": 0.5}, 0.99, 0.05),

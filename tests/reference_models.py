@@ -32,7 +32,7 @@ def flying() -> Equations:
 
 
 def late(robot: Robot = MUSHR) -> Equations:
-    """Nominal equations whose commands are cut off, delayed by a period and a half, lagged, slowed and held by play."""
+    """Nominal equations with every filter of commands: cut off, dropped, late by 1.5 periods, slowed, lagged; play."""
     base = robot.nominal()
     column = "steer" if robot is MUSHR else "wx_cmd"
     values = {
@@ -42,6 +42,7 @@ def late(robot: Robot = MUSHR) -> Equations:
         f"lag:{column}": {"value": 0.6 * robot.dt},
         f"rate_limit:{column}": {"value": 3.0},
         f"dead_band:{column}": {"value": 0.04},
+        f"dead_zone:{column}": {"value": 0.03},
     }
     return compose(base, [(effect(key, base), given) for key, given in values.items()])
 

@@ -15,6 +15,7 @@ from sym2real.diagnosis.predict.candidate import candidates
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.search.select import reported
 from sym2real.effects import applicable, compose, effect
+from sym2real.plants import MujocoPlant
 from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS
 
 TRAVEL = 0.15
@@ -96,3 +97,16 @@ def test_the_travel_of_a_servo_is_found(drives: Dataset) -> None:
     assert "limit:steer" in named
     assert "gain:steer" not in named
     assert named["limit:steer"]["magnitude"] == pytest.approx(TRAVEL, rel=0.05)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("threshold", [0.06, 0.15])
+def test_commands_that_are_dropped_below_a_threshold_are_found(threshold: float) -> None:
+    """The equations' threshold is soft, MuJoCo's is not."""
+    base, data = MUSHR.nominal(), simulate_case(Case("mushr", (("dead_zone:steer", {"value": threshold}),), seed=12))
+    others = [one.key for one in applicable(base) if one.key not in (*INCLUDED, "dead_zone:steer")]
+    finding = diagnose(base, data, MujocoPlant(MUSHR), exclude=others).findings[0]
+    value = finding.parameters["value"]
+    assert finding.effect == "dead_zone:steer"
+    assert value.low < threshold < value.high
+    assert value.high - value.low < 0.2 * threshold

@@ -17,7 +17,7 @@ from sym2real.errors import ModelError, UnknownNameError
 from sym2real.robots import CRAZYFLIE, MUSHR, Motors, Robot, car, quadrotor
 from sym2real.symbolic import Equations
 
-COMMAND = {"gain", "offset", "limit", "rate_limit", "delay", "lag", "dead_band"}
+COMMAND = {"gain", "offset", "limit", "rate_limit", "delay", "lag", "dead_band", "dead_zone"}
 QUADROTOR = {
     *("added_mass", "payload", "thrust_curve", "battery_sag", "com_offset", "rotor_loss", "ground_effect"),
     *("torque_bias", "motor_lag", "rate_loop_gain", "rate_damping", "flapping_moment", "translational_lift"),

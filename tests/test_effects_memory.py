@@ -24,7 +24,16 @@ def commands() -> Tensor:
     return torch.as_tensor(np.random.default_rng(3).standard_normal((30, 4)))
 
 
-MEMORIES = ("limit:wx_cmd", "delay", "lag", "rate_limit:wx_cmd", "dead_band:wx_cmd", "sensor_lag:vz", "time_shift:vz")
+MEMORIES = (
+    "limit:wx_cmd",
+    "delay",
+    "lag",
+    "rate_limit:wx_cmd",
+    "dead_band:wx_cmd",
+    "dead_zone:wx_cmd",
+    "sensor_lag:vz",
+    "time_shift:vz",
+)
 
 
 @pytest.mark.parametrize("key", MEMORIES)
@@ -121,12 +130,14 @@ def test_a_rate_limit_ramps_then_holds() -> None:
     np.testing.assert_allclose(slow[:, 0], [0, 0.025, 0.06875, 0.075, 0.075, 0.075], atol=1e-12)
 
 
-def test_dead_bands_are_play_in_a_linkage_and_rest_around_zero_speed() -> None:
+def test_a_dead_band_is_play_in_a_linkage_and_a_dead_zone_rest_around_zero() -> None:
     rows = torch.tensor([[0.0, 0.5], [0.1, 0.1], [0.05, -0.1], [-0.1, -0.5]], dtype=torch.float64)
     play = effect("dead_band:steer", MUSHR).filter(rows, 0.05, {"value": 0.1})
     np.testing.assert_allclose(play[:, 0], [0.0, 0.05, 0.05, -0.05], atol=1e-12)
-    rest = effect("dead_band:speed", MUSHR).filter(rows, 0.05, {"value": 0.4})
+    rest = effect("dead_zone:speed", MUSHR).filter(rows, 0.05, {"value": 0.2})
     np.testing.assert_allclose(rest[:, 1], [0.5, 0.0, 0.0, -0.5], atol=1e-12)
+    nothing = effect("dead_zone:speed", MUSHR).filter(rows, 0.05, {"value": 0.0})
+    torch.testing.assert_close(nothing, rows, rtol=0, atol=0)
 
 
 def test_a_controller_that_remembers_sees_what_the_whole_series_gives(commands: Tensor) -> None:

@@ -13,11 +13,11 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from sym2real.effects.actuators import DEAD_BAND, DELAY, LAG, RATE_LIMIT
+from sym2real.effects.actuators import DEAD_BAND, DEAD_ZONE, DELAY, LAG, RATE_LIMIT
 from sym2real.effects.bound import Effect
 from sym2real.effects.commands import LIMIT
 from sym2real.effects.filters import FilterState
-from sym2real.effects.memory import WHOLE
+from sym2real.effects.memory import SOFT, WHOLE
 from sym2real.effects.period_shares import lag_share, older_share
 from sym2real.errors import ModelError
 from sym2real.trajectory import Array
@@ -109,7 +109,9 @@ def _stage(effect: Effect, values: Mapping[str, Tensor | float], dt: float) -> S
     if name == LAG.name:
         return Stage(columns, rules=tuple(_lag(given["value"], gain, dt) for gain in gains))
     if name == DEAD_BAND.name:
-        rule = (_rest if effect.body.unit == "m/s" else _play)(given["value"])
+        rule = _play(given["value"])
+    elif name == DEAD_ZONE.name:
+        rule = _rest(given["value"])
     elif name == LIMIT.name:
         rule = _limit(max(given["lower"], -given["magnitude"]), min(given["upper"], given["magnitude"]))
     elif name == RATE_LIMIT.name:
@@ -174,8 +176,9 @@ def _play(value: float) -> Rule:
 
 
 def _rest(value: float) -> Rule:
-    half = f"splat(R({0.5 * value!r}))"
-    return lambda memory, row, out: [f"{out} = select(absolute({row}) > {half}, {row}, splat(R(0.0)));"]
+    low, high, slope = (f"R({number!r})" for number in (0.5 - 0.5 / SOFT, 1.0, 0.5 / (SOFT * max(value, 1e-12))))
+    part = f"maximum(minimum(absolute({{row}}) * {slope} + {low}, splat({high})), splat(R(0.0)))"
+    return lambda memory, row, out: [f"{out} = {row} * {part.format(row=row)};"]
 
 
 def _limit(lower: float, upper: float) -> Rule:

@@ -6,7 +6,10 @@
 
 ``lag``. An actuator approaches its command as a first-order filter: τ da'/dt = a - a'.
 
-``dead_band``. Commands within a band do nothing: play in a linkage, or rest around zero (commands of speed).
+``dead_band``. Commands within a band around where the actuator stands do nothing: play in a linkage.
+
+``dead_zone``. Commands within a threshold of zero do nothing: a' = a [|a| > w]. The equations let them through in a
+straight line between 0.95 w and 1.05 w, so that a fit feels the threshold.
 """
 
 from typing import Any
@@ -17,7 +20,7 @@ from sym2real.effects import steering, truth
 from sym2real.effects.body import Body
 from sym2real.effects.kind import DELAY_TIME, NOT_NEGATIVE, UNLIMITED, Kind, Numbers, Parameter, Values
 from sym2real.effects.manoeuvres import EXCITED
-from sym2real.effects.memory import lag, play, rate_limited, shift, zero_band
+from sym2real.effects.memory import dead_zone, lag, play, rate_limited, shift
 from sym2real.effects.searching import Searching, Shown, alone_on, by_role, steps
 from sym2real.protocols import Change, Filter
 from sym2real.trajectory import Array
@@ -185,29 +188,55 @@ def _dead_band_inject(body: Body, values: Numbers) -> Change:
         position = float(np.clip(position, command - half, command + half))
         return position, position
 
-    def quiet(position: float, command: float) -> tuple[float, float]:
-        return position, 0.0 if abs(command) <= half else command
-
-    return truth.following(body, quiet if body.unit == "m/s" else play)
+    return truth.following(body, play)
 
 
 DEAD_BAND = Kind(
     name="dead_band",
     stage="filter",
     parameters=_dead_band_parameters,
-    formula=r"a' = \mathrm{clip}(a', a - w/2, a + w/2) \;\text{or}\; a' = a\,[|a| > w/2]",
-    summary="Commands within a band, w from end to end, do nothing: play in a linkage (of a speed: rest around zero).",
+    formula=r"a' = \mathrm{clip}(a', a - w/2, a + w/2)",
+    summary="A linkage has play: commands that turn back do nothing within a band, w from end to end.",
     confused_with="a lag of the servo",
     shown_by="slow reversals of the command",
-    fix="take the play out of the linkage, or raise the motor driver's lowest duty",
+    fix="take the play out of the linkage",
     inject=_dead_band_inject,
-    memory=lambda body: zero_band() if body.unit == "m/s" else play(),
+    memory=lambda body: play(),
     columns="action",
     searching=Searching(
         why_not=alone_on("rate command", "thrust", "motors"),
         starts=lambda body, values: tuple(min(part * float(np.std(values)), _widest(body)) for part in (0.25, 0.5)),
         from_null=False,
         sizes=lambda _, values: tuple(float(np.std(values)) * part for part in (0.05, 0.1, 0.2, 0.5, 1.0, 2.0)),
+    ),
+)
+
+
+def _dead_zone_inject(body: Body, values: Numbers) -> Change:
+    return truth.following(
+        body, lambda position, command: (position, command if abs(command) > values["value"] else 0.0)
+    )
+
+
+DEAD_ZONE = Kind(
+    name="dead_zone",
+    stage="filter",
+    parameters=_dead_band_parameters,
+    formula=r"a' = a\,[\,|a| > w\,]",
+    summary="Commands smaller than a threshold do nothing; larger ones act in full.",
+    confused_with="a gain, where few commands are small; dry friction",
+    shown_by="slow changes of the command through zero, small and large ones",
+    fix="raise the motor driver's lowest duty, or take out the dead zone of the driver or the remote control",
+    inject=_dead_zone_inject,
+    memory=lambda body: dead_zone(),
+    columns="action",
+    searching=Searching(
+        why_not=alone_on("rate command", "thrust", "motors"),
+        starts=lambda body, values: tuple(
+            np.minimum(np.quantile(np.abs(values), (0.03, 0.07, 0.15, 0.3)), _widest(body)).tolist()
+        ),
+        from_null=False,
+        sizes=lambda _, values: tuple(np.quantile(np.abs(values), (0.02, 0.05, 0.1, 0.2, 0.4)).tolist()),
         shown_in=by_role({"speed": (Shown.SPEEDS,)}, ()),
     ),
 )

@@ -6,9 +6,10 @@ command (static maps), then filters, through which a command goes first; measure
 substitution replaces a symbol wherever it stands, so that the mass scales a wind, a centre of mass turns the thrust
 that the battery gives, and so on.
 
-The way of a command is that of a real actuator: firmware cuts off what it receives (limit); the link and the driver
-hold it up (delay); the driver ramps it (rate limit); the actuator follows (lag); its linkage has play (dead band); and
-the linkage's travel, trim and shape make the quantity that moves the robot (gain, offset, curve).
+The way of a command is that of a real actuator: firmware cuts off what it receives (limit), or drops it (dead zone);
+the link and the driver hold it up (delay); the driver ramps it (rate limit); the actuator follows (lag); its linkage
+has play (dead band); and the linkage's travel, trim and shape make the quantity that moves the robot (gain, offset,
+curve).
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -24,7 +25,7 @@ from sym2real.symbolic import Equations
 
 ORDER: tuple[Stage, ...] = ("mass", "loop", "wrench", "thrust", "command", "filter", "measurement")
 # The way of a command, and after it of a measurement, through effects with memory.
-FILTER_ORDER = ("limit", "delay", "rate_limit", "lag", "dead_band", "sensor_lag", "time_shift")
+FILTER_ORDER = ("limit", "dead_zone", "delay", "rate_limit", "lag", "dead_band", "sensor_lag", "time_shift")
 
 DELAY = "delay"
 # A command meets gain, offset and the linkage's curve in this order, so that they go in from behind; else by name.

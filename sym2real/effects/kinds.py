@@ -6,7 +6,7 @@ from sym2real.registry import Registry
 # Files, and the kinds in each, in the order of the catalogue.
 FILES = {
     "commands": ("gain", "offset", "limit"),
-    "actuators": ("rate_limit", "delay", "lag", "dead_band"),
+    "actuators": ("rate_limit", "delay", "lag", "dead_band", "dead_zone"),
     "attitude_trim": ("attitude_trim",),
     "curves": ("steering_curve", "speed_curve"),
     "thrusts": (

@@ -177,13 +177,14 @@ def test_a_misfit_that_predictions_do_not_show_is_none() -> None:
     assert beyond_floor([], ())
 
 
-def test_predictions_far_from_the_floor_leave_something_where_every_residual_is_explained() -> None:
-    """Disturbances may be as large as all that is wrong: then nothing but predictions shows it."""
-    floor = (Floor(0.8, {"position": (1.0, "m"), "attitude": (1.0, "rad"), "velocity": (1.0, "m/s")}),)
-    (left,) = find_far([stage("base", 12.0, 2.0)], floor, 0.2)
-    assert left.matters and left.term.startswith("position")
-    assert "12.00 times that of noise and disturbances" in left.statement
-    assert find_far([stage("base", 2.9, 2.0)], floor, 0.2) == find_far([], floor, 0.2) == ()
+def test_predictions_far_from_noise_leave_something_where_disturbances_explain_every_residual() -> None:
+    """They may be as large as all that is wrong, and are no cause where errors are no larger than they make them."""
+    sizes = {"position": (1.0, "m"), "attitude": (1.0, "rad"), "velocity": (1.0, "m/s")}
+    floor = (Floor(0.8, sizes, {"position": 0.5, "attitude": 1.0, "velocity": 1.0}),)
+    (left,) = find_far([stage("base", 2.0, 2.0)], floor, 0.2)
+    assert left.matters and left.term == "0.8 s ahead"
+    assert "an error of position 4.00 times that of noise alone" in left.statement
+    assert find_far([stage("base", 1.4, 2.9)], floor, 0.2) == ()
     (small,) = find_far([stage("base", 12.0, 2.0)], floor, 0.005)
     assert not small.matters
 

@@ -16,8 +16,9 @@ from sym2real.diagnosis.estimate.whitening import Spread
 from sym2real.diagnosis.predict.candidate import candidates
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
+from sym2real.diagnosis.search.intervals import none_within
 from sym2real.diagnosis.search.narrow import join_narrow
-from sym2real.diagnosis.search.near import Near, groups_of
+from sym2real.diagnosis.search.near import Near, Place, groups_of
 from sym2real.diagnosis.search.needed import Needed, Predicted, keep_needed
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.search.settled import plainer_set, refuted, settle
@@ -82,6 +83,19 @@ def test_an_interval_covers_what_one_effect_more_would_make_of_a_value() -> None
     assert too_long > 0.01
     assert float(near.variances(delay).sqrt()) == pytest.approx(too_long, rel=0.3)
     assert float(replace(near, larger=()).variances(delay)) == 0.0
+
+
+@pytest.mark.parametrize(("times", "none"), [(3.0, False), (0.001, True)])
+def test_another_value_beside_another_effect_is_none_only_where_it_is_none(times: float, none: bool) -> None:
+    """Of a mass, a gain of thrust and a scale of torques any two do: each has two values, and none of them is none."""
+    near = Near.of(chosen(("wind", "linear_drag"), "wind"))
+    (place,), (wind,) = near.places, near.selection.chosen
+    values = near.present.fit.values.clone()
+    values[wind.slots] *= times
+    other = replace(near.present, fit=replace(near.present.fit, values=values))
+    beside = Place(replace(wind, name="another"), other, (), outdone=False)
+    assert not none_within(near, wind)
+    assert none_within(replace(near, places=(place, beside)), wind) == none
 
 
 def test_an_effect_that_is_not_there_weighs_little_against_the_one_that_is() -> None:

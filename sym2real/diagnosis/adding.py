@@ -228,9 +228,7 @@ def _rivals(near: Near, own: Candidate, without: EffectSet, sets: Sequence[Effec
 
 def _outdone(selection: Selection, own: Candidate, best: EffectSet, rival: Rival) -> bool:
     """Whether the best rival of an effect does more in its place, and leaves it nothing to do beside it."""
-    if not rival.better:
-        return False
-    both = by_price(selection, selection.ranked(best, [own]))
+    both = by_price(selection, selection.ranked(best, [own])) if rival.better else []
     return bool(both) and not (both[0].price < best.price and selection.significant(both[0].fit, own))
 
 

@@ -19,3 +19,8 @@ UNIT_PER_KILOGRAM = {
 def unit_for(described: object, unit: str) -> str:
     """The unit of a robot with a mass as it reads for equations, or a robot, that may have none."""
     return UNIT_PER_KILOGRAM.get(unit, unit) if PER_KILOGRAM in getattr(described, "notes", ()) else unit
+
+
+def units_said(described: object) -> tuple[str, ...]:
+    """What a reader of forces and masses must know, where nobody gave the robot's mass."""
+    return (PER_KILOGRAM,) if PER_KILOGRAM in getattr(described, "notes", ()) else ()

@@ -25,7 +25,7 @@ from sym2real.effects.inputs import with_inputs_of
 from sym2real.errors import ModelError
 from sym2real.plants import MujocoPlant
 from sym2real.symbolic import Equations
-from sym2real.symbolic.mass_normalised import PER_KILOGRAM
+from sym2real.symbolic.mass_normalised import units_said
 
 PROMISING = 0.05  # chance below which a swing is worth another estimate of the disturbances
 NO_SWING = "nothing in these logs swings beyond chance, beside what goes with the path"
@@ -194,11 +194,6 @@ def _not_tried(model: Equations, data: Dataset, question: Question) -> tuple[Not
     swinging = [key for key in keys if effect(key, model).searching.swings]
     calm = [NotTried(key, NO_SWING) for key in swinging if not swings(data)]
     return (*(left_out for left_out in others if left_out.effect not in question.include), *calm)
-
-
-def units_said(model: Equations) -> list[str]:
-    """What a reader of forces and masses must know, where nobody gave the robot's mass."""
-    return [note for note in model.notes if note == PER_KILOGRAM]
 
 
 @dataclass(frozen=True, eq=False)

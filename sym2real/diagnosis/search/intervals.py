@@ -67,11 +67,14 @@ def estimates(selection: Selection, candidate: Candidate, fit: Fit, near: Near |
 
 
 def none_within(near: Near, candidate: Candidate) -> bool:
-    """Whether a chosen candidate is none within the intervals of all its parameters; with few blocks nobody can say."""
-    selection = near.selection
-    around = _around(selection, candidate, selection.fit, near)
-    enough = selection.problems.block_count >= SETTINGS.fewest_pieces
-    return enough and all(abs(value - own.null) < half for own, value, half in around)
+    """Whether a chosen candidate is none within the intervals of all its parameters, in the chosen set or another that
+    may as well be true; with few blocks nobody can say.
+    """
+    selection, (sets, weights) = near.selection, near.sets_with(candidate)
+    likely = (effects.fit for effects, weight in zip(sets, weights, strict=True) if weight > SETTINGS.level)
+    around = (_around(selection, candidate, fit, None) for fit in likely)
+    none = any(all(abs(value - own.null) < half for own, value, half in parameters) for parameters in around)
+    return none and selection.problems.block_count >= SETTINGS.fewest_pieces
 
 
 def _parameter(selection: Selection, index: int) -> Parameter:

@@ -90,12 +90,17 @@ class Near:
         alike = [rival.candidate.name in group for rival in place.rivals]
         return float(weights[torch.tensor([True, False, *alike])].sum())
 
-    def variances(self, candidate: Candidate) -> Tensor:
-        """Of an effect's values over the sets that have it, those that differ elsewhere ``# (len(slots),)``."""
+    def sets_with(self, candidate: Candidate) -> tuple[list[EffectSet], Tensor]:
+        """Those that have an effect and differ elsewhere, the chosen one first, and what each weighs among them."""
         others = [place for place in self.places if place.candidate is not candidate]
         sets = [self.present, *self.larger, *(one for place in others for one in (place.empty, *place.rivals))]
+        return sets, self.weights(*(effects.held_out for effects in sets))
+
+    def variances(self, candidate: Candidate) -> Tensor:
+        """Of an effect's values over the sets that have it ``# (len(slots),)``."""
+        sets, weights = self.sets_with(candidate)
         values = torch.stack([effects.fit.values[candidate.slots] for effects in sets])
-        return self.weights(*(effects.held_out for effects in sets)) @ (values - values[0]).square()
+        return weights @ (values - values[0]).square()
 
     def weights(self, *losses: Tensor) -> Tensor:
         """Weights of sets ``# (sets,)`` by the losses per fold of each ``# (folds,)``."""

@@ -50,7 +50,8 @@ def _leftovers(scored: Scored, rest: Rest) -> tuple[Leftover, ...]:
         errors = problems.problem.residuals(selection.fit.values[None])[0]
         motion = part_of_changes(problems.problem.segments, errors)
         leftovers += find_misfit(problems.whitening.misfit(errors), motion)
-        if own is None and not any(leftover.matters for leftover in leftovers):  # else the base's own may be as large
+        predicted = own is None and scored.stages and scored.floor  # else the base's own errors may be as large
+        if predicted and not any(leftover.matters for leftover in leftovers):
             leftovers += find_far(scored.stages, scored.floor, motion)
     return tuple(sorted(leftovers, key=lambda leftover: not leftover.matters))
 
@@ -64,28 +65,32 @@ def beyond_floor(stages: Sequence[Rung], floor: Sequence[Floor]) -> bool:
         stages: errors on held-out logs.
         floor: of a model that misses nothing.
     """
-    if not (stages and floor):
-        return True
-    errors = stages[-1].horizons[stages[-1].nearest(JUDGED_AT)]
-    lowest = judged_at(floor).errors
-    return any(errors[channel].low > SETTINGS.above_noise * lowest[channel][0] for channel in judged(errors))
+    return not (stages and floor and not _times_noise(stages, floor, SETTINGS.above_noise))
 
 
 def find_far(stages: Sequence[Rung], floor: Sequence[Floor], motion: float) -> tuple[Leftover, ...]:
-    """Predictions over a controller's horizon that are far from the floor, where disturbances explain every residual.
+    """Predictions beyond the floor that are far from what noise alone makes: disturbances may explain every residual.
 
     Args:
         stages: errors on held-out logs.
         floor: of a model that misses nothing.
         motion: part of the robot's motion that all errors make.
     """
-    if not (stages and floor):
-        return ()
-    errors, lowest = stages[-1].horizons[stages[-1].nearest(JUDGED_AT)], judged_at(floor)
-    times, worst = max((errors[name].low / max(lowest.errors[name][0], 1e-12), name) for name in judged(errors))
-    if times <= SETTINGS.far:
-        return ()
-    return (Leftover(MISFIT, "", 1.0 - times**-2, f"{worst}, {lowest.horizon:.3g} s ahead", motion=motion),)
+    far = [one for one in _times_noise(stages, floor, SETTINGS.gap) if one[0] > SETTINGS.far]
+    return _worst(far, f"{judged_at(floor).horizon:.3g} s ahead" if far else "", motion)
+
+
+def _times_noise(stages: Sequence[Rung], floor: Sequence[Floor], beyond: float) -> list[tuple[float, str]]:
+    """Of errors over a controller's horizon, surely so many times the floor: how many times noise alone, and name."""
+    errors, level = stages[-1].horizons[stages[-1].nearest(JUDGED_AT)], judged_at(floor)
+    lowest = [(errors[name].low, level.errors[name][0], name) for name in judged(errors)]
+    far = ((error, level.noise.get(name, least), name) for error, least, name in lowest if error > beyond * least)
+    return [(error / max(noise, 1e-12), name) for error, noise, name in far]
+
+
+def _worst(times_noise: Sequence[tuple[float, str]], words: str, motion: float | None = None) -> tuple[Leftover, ...]:
+    worst = sorted(times_noise)[-1:]
+    return tuple(Leftover(MISFIT, channel, 1.0 - times**-2, words, motion=motion) for times, channel in worst)
 
 
 def judged_at(floor: Sequence[Floor]) -> Floor:
@@ -95,14 +100,14 @@ def judged_at(floor: Sequence[Floor]) -> Floor:
 
 def disturbed_said(floor: Sequence[Floor]) -> tuple[str, ...]:
     """What disturbances that follow nothing measured do to predictions, where that is most of the floor's squares."""
-    if not (floor and (times := judged_at(floor).disturbed)):
+    times = judged_at(floor).disturbed if floor else {}
+    worst = max(judged(times), key=times.__getitem__, default="")
+    if not worst or 1.0 - times[worst] ** -2 < SETTINGS.mostly:
         return ()
-    worst = max(judged(times), key=times.__getitem__)
-    if 1.0 - times[worst] ** -2 < SETTINGS.mostly:
-        return ()
-    error = f"the {worst} error {times[worst]:.1f} times that of noise alone"
-    causes = "gusts, say, or a part that moves by itself, such as a load on a string"
-    return (f"disturbances that follow nothing measured make {error}: {causes}",)
+    words = (
+        f"disturbances that follow nothing measured make the {worst} error {times[worst]:.1f} times that of noise alone"
+    )
+    return (f"{words}: gusts, say, or a part that moves by itself, such as a load on a string",)
 
 
 def worse_than_nothing(scored: Scored) -> tuple[Leftover, ...]:
@@ -129,6 +134,5 @@ def find_astray(stage: Rung, noise: Floor) -> tuple[Leftover, ...]:
     nearest = stage.nearest(noise.horizon)
     errors = ((stage.horizons[nearest][name], noise.errors[name][0], name) for name in stage.worse.get(nearest, ()))
     far = ((error, lowest, name) for error, lowest, name in errors if error.low > SETTINGS.above_noise * lowest)
-    found = ((error.value / max(lowest, 1e-12), name) for error, lowest, name in far)
-    words = f"{noise.horizon:.3g} s ahead, which is worse than if nothing changed"
-    return tuple(Leftover(MISFIT, channel, 1.0 - times**-2, words) for times, channel in sorted(found)[-1:])
+    found = [(error.value / max(lowest, 1e-12), name) for error, lowest, name in far]
+    return _worst(found, f"{noise.horizon:.3g} s ahead, which is worse than if nothing changed")

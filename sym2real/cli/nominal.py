@@ -48,7 +48,7 @@ class NominalQuadrotor(OfLogs):
     attitude: Literal["predicted", "measured"] = "predicted"
     """Whether the attitude is predicted, or known along the log."""
     dt: OptionalPositive = None
-    """Time step in s; by default that of --log or --fit-thrust, else 0.02."""
+    """Time between two commands of the controller in s; by default between rows of --log or --fit-thrust, else 0.02."""
     rate_gains: OptionalThreePositive = None
     """Gains of the on-board rate loop in 1/s (thrust_rates); by default the Crazyflie's, 50 50 20."""
     attitude_time_constant: NotNegative = 0.15
@@ -155,7 +155,7 @@ class NominalCar(OfLogs):
     mass: Positive = 3.5
     """Mass in kg, for external forces."""
     dt: OptionalPositive = None
-    """Time step in s; by default that of --log, else 0.05."""
+    """Time between two commands of the controller in s; by default between rows of --log, else 0.05."""
     log: LogsOfModel = ()
     json: JsonFile = None
 

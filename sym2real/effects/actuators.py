@@ -25,6 +25,10 @@ from sym2real.effects.searching import Searching, Shown, alone_on, by_role, step
 from sym2real.protocols import Change, Filter
 from sym2real.trajectory import Array
 
+# A row's command stands for those that a faster controller sends until the next row, half a row later in the mean.
+BETWEEN_ROWS = (
+    "a controller that sends more often than the log has rows hides up to half a row: `nominal --dt` its step"
+)
 # The truth integrates a control period in so many pieces.
 PIECES = 200
 
@@ -117,7 +121,7 @@ DELAY = Kind(
     summary="Commands act some time after they were sent.",
     confused_with="a lag, and motor lag in hover",
     shown_by=f"fast changes of the command: {EXCITED}",
-    fix="shorten the way (radio, driver, queue), or let the controller plan with the commands still under way",
+    fix=f"shorten the way (radio, queue), or let the controller plan with the commands under way; {BETWEEN_ROWS}",
     inject=_delay_inject,
     memory=lambda body: shift(body.loop_gains),
     columns="action",
@@ -155,7 +159,7 @@ LAG = Kind(
     summary="The actuator approaches its command as a first-order filter.",
     confused_with="a delay; a common lag of the rate commands also with motor lag",
     shown_by="steps of the command that are held longer than the time constant",
-    fix="stiffen the actuator's own loop, or let the controller plan with the lag",
+    fix=f"stiffen the actuator's own loop, or let the controller plan with the lag; {BETWEEN_ROWS}",
     inject=truth.editing(_slow),
     memory=lambda body: lag(body.loop_gains),
     columns="action",

@@ -195,7 +195,8 @@ ARMATURE = _of_joint(
     summary="The rotor and the gear of a motor add inertia to its joint.",
     confused_with="a weaker actuator, where nothing but the actuator moves the joint; a load",
     shown_by="fast and slow changes of the command, and motion that gravity drives",
-    fix="put the rotor's inertia times the squared gear ratio into the model",
+    fix="put the rotor's inertia times the squared gear ratio into the model; less than nothing, or beside a gain: "
+    "the mass of what the joint moves may be wrong in the description",
     inject=truth.editing(_more),
     substitute=lambda equations, values, body: raised(equations, armature_quantity(body.column), values["value"]),
     needs=(armature_quantity("{column}"),),

@@ -23,6 +23,8 @@ from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.expressions import canonical
 from sym2real.symbolic.mass_normalised import unit_for
 
+NO_COLUMN = "which is no column or quantity here"
+
 
 @dataclass(frozen=True)
 class Effect:
@@ -127,7 +129,7 @@ class Effect:
             return f"{self.kind} is an effect of a {self.of.robot}"
         missing = [name for name in self._bound(self.of.needs) if name not in body.names]
         if missing:
-            return f"{self.key} needs {', '.join(missing)}, which is no column or quantity here"
+            return f"{self.key} needs {', '.join(missing)}, {NO_COLUMN}"
         missing = [name for name in self._bound(self.of.numbers) if name not in body.numbers]
         if missing:
             return f"{self.key} needs the robot's {', '.join(missing)}, which is not among the numbers here"

@@ -138,7 +138,7 @@ SENSOR_LAG = _of_column(
     fix="lower the filter's time constant in the driver or estimator, or log the raw signal",
     inject=_sensor_lag_inject,
     memory=lambda body: sampled_lag(),
-    searching=Searching(why_not=lambda _: "not searched for: the checks of the data see it as a time shift"),
+    searching=Searching(why_not=lambda _: SETTLED),
 )
 
 

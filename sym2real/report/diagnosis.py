@@ -9,9 +9,11 @@ from rich.table import Table
 
 from sym2real.diagnosis import Diagnosis, Fall, Fault, Finding, Gate, Term, Tried, Where
 from sym2real.diagnosis.unexplained.leftover import Leftover
+from sym2real.effects.bound import NO_COLUMN
 from sym2real.effects.few_words import in_few_words
+from sym2real.effects.searching import SETTLED
 from sym2real.report.ladder import ladder_table
-from sym2real.report.not_tried import not_tried_names
+from sym2real.report.not_tried import not_tried_said
 from sym2real.report.tables import number, table_of
 
 STYLE = {"EFFECT": "bold yellow", "NOTHING_MISSING": "bold green", "UNEXPLAINED": "bold red", "CANNOT_TELL": "bold"}
@@ -57,13 +59,12 @@ def diagnosis_in_short(diagnosis: Diagnosis) -> RenderableType:
 
 
 def untried_lines(diagnosis: Diagnosis) -> list[str]:
-    """The effects that were not tested, if there are any; a page and ``diagnosis.json`` have every reason."""
-    names = not_tried_names(diagnosis.not_tried)
-    return (
-        [f"not tested: {names}; why stands in diagnosis.json under not_tried, and on the page of --report"]
-        if names
-        else []
-    )
+    """Effects of such a robot that were not tested, a line for every reason; a page and ``diagnosis.json`` have all.
+
+    What the checks of the data settle, and what is about a column that is not there, goes without saying.
+    """
+    left_out = (entry for entry in diagnosis.not_tried if entry.reason != SETTLED)
+    return [f"not tested: {line}" for line in not_tried_said(left_out) if not line.endswith(NO_COLUMN)]
 
 
 def leftover_lines(leftovers: Sequence[Leftover]) -> list[str]:

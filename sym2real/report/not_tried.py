@@ -11,9 +11,4 @@ def not_tried_said(left_out: Iterable[NotTried]) -> Iterator[str]:
     """A line for every reason, with the effects that it holds for."""
     ordered = sorted(left_out, key=lambda entry: entry.reason)
     for reason, same in groupby(ordered, key=lambda entry: entry.reason):
-        yield f"{not_tried_names(same)}: {reason}"
-
-
-def not_tried_names(left_out: Iterable[NotTried]) -> str:
-    """The effects in few words: those of one kind together."""
-    return ", ".join(in_few_words(entry.effect for entry in left_out))
+        yield f"{', '.join(in_few_words(entry.effect for entry in same))}: {reason}"

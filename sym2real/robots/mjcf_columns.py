@@ -4,7 +4,8 @@ A hinge or slide ``j`` gives the state columns ``j`` and ``j_rate`` and the inpu
 in N m along it; a free joint gives position, attitude, velocity and body rates, and as inputs the wrench.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -238,13 +239,24 @@ def opened(mjcf: str) -> tuple[mujoco.MjModel, Any]:
     Raises:
         ModelError: when MuJoCo cannot read or compile it.
     """
-    try:
+    with failures_of(mjcf, "an MJCF that MuJoCo opens"):
         model = spec_of(mjcf).compile()
-    except (ValueError, OSError, mujoco.FatalError) as error:
-        name = "the robot's description" if is_text(mjcf) else mjcf
-        raise ModelError(f"{name}: expected an MJCF that MuJoCo opens, found: {' '.join(str(error).split())}") from None
     _leave_out_what_is_off(model)
     return model, data_at_start(model)
+
+
+@contextmanager
+def failures_of(mjcf: str, expected: str) -> Iterator[None]:
+    """Inside, what MuJoCo says against a file or a text becomes an error that names it.
+
+    Raises:
+        ModelError: when MuJoCo cannot read, compile or write it.
+    """
+    try:
+        yield
+    except (ValueError, OSError, mujoco.FatalError) as error:
+        name = "the robot's description" if is_text(mjcf) else mjcf
+        raise ModelError(f"{name}: expected {expected}, found: {' '.join(str(error).split())}") from None
 
 
 def _leave_out_what_is_off(model: mujoco.MjModel) -> None:

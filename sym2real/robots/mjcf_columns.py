@@ -96,13 +96,13 @@ def names_of(model: mujoco.MjModel, kind: str) -> list[str]:
     """Names of all joints or actuators, which must be fit for columns.
 
     Raises:
-        ModelError: for one without a name, or with a name that is none.
+        ModelError: for a joint of a tendon, which keeps its name, that is not.
     """
     names = [getattr(model, kind)(index).name for index in range(model.njnt if kind == "joint" else model.nu)]
     for index, name in enumerate(names):
         free = kind == "joint" and model.jnt_type[index] == FREE
         if not free and not is_name(name):
-            raise ModelError(f"{kind} {index}: expected a name of letters, digits and _, found {name!r}")
+            raise ModelError(f"{kind} {index}, of a tendon: expected a name of letters, digits and _, found {name!r}")
     return names
 
 

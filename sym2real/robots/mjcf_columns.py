@@ -7,6 +7,7 @@ in N m along it; a free joint gives position, attitude, velocity and body rates,
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import chain
 from typing import Any
 
 import mujoco
@@ -43,7 +44,7 @@ FREE, BALL, SLIDE, HINGE = (
     int(getattr(mujoco.mjtJoint, f"mjJNT_{name}")) for name in ("FREE", "BALL", "SLIDE", "HINGE")
 )
 BY_JOINT = int(mujoco.mjtTrn.mjTRN_JOINT)
-POSES = 256  # over the ranges of joints, at which inertias are looked at
+POSES = 256  # over the ranges of joints, at which inertias and contacts are looked at
 # Field of the actions, and its unit, of an actuator on a slide and of one on a hinge, by what it is told.
 TOLD = {
     "force": (("actuator force", "N"), ("actuator torque", "N m")),
@@ -289,23 +290,29 @@ def inertias(model: mujoco.MjModel, data: Any) -> Array:
     return whole
 
 
-def inertias_over_range(model: mujoco.MjModel) -> list[Array]:
-    """What accelerates with the joints of a robot of hinges and slides, as :func:`inertias`, in many poses.
+def over_range(model: mujoco.MjModel, slide: float = 0.0) -> Iterator[Any]:
+    """Data of a robot of hinges and slides in many poses, all over the ranges of its joints.
 
-    The first pose is the first keyframe; the others are all over the ranges of the joints. A hinge without a range
-    turns a whole turn, a slide without one stays. An arm that is stretched out weighs many times as much on its first
-    joint as one that is folded.
+    A hinge without a range turns a whole turn, a slide without one goes so far to either side, in m.
     """
     from scipy.stats.qmc import Halton  # noqa: PLC0415 — heavy, and only needed for equations
 
     data = data_at_start(model)
-    found, turns = [inertias(model, data)], np.pi * (model.jnt_type == HINGE)[:, None] * np.array([-1.0, 1.0])
-    ranges = np.where(model.jnt_limited[:, None] != 0, model.jnt_range, data.qpos[:, None] + turns)
+    free = np.where(model.jnt_type == HINGE, np.pi, slide)[:, None] * np.array([-1.0, 1.0])
+    ranges = np.where(model.jnt_limited[:, None] != 0, model.jnt_range, data.qpos[:, None] + free)
     for place in Halton(model.njnt, scramble=False).random(POSES):
         data.qpos[:] = ranges[:, 0] + place * (ranges[:, 1] - ranges[:, 0])
         mujoco.mj_forward(model, data)
-        found.append(inertias(model, data))
-    return found
+        yield data
+
+
+def inertias_over_range(model: mujoco.MjModel) -> list[Array]:
+    """What accelerates with the joints of a robot of hinges and slides, as :func:`inertias`, in many poses.
+
+    The first pose is the first keyframe. An arm that is stretched out weighs many times as much on its first joint as
+    one that is folded.
+    """
+    return [inertias(model, data) for data in chain([data_at_start(model)], over_range(model))]
 
 
 def layouts_of(model: mujoco.MjModel, state: Layout, actions: Mapping[str, str]) -> Layouts:

@@ -162,6 +162,14 @@ def test_a_library_that_was_damaged_later_is_compiled_anew(tmp_path: Path, damag
 
 
 @compiled
+def test_a_compiler_that_takes_too_long_is_an_error_in_a_sentence(
+    own_cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sym2real.native.compiler.SECONDS", 1e-6)
+    with pytest.raises(CompilationError, match=r"^\S+ needs more than 1e-06 s for it$"):
+        library("int takes_too_long;")
+
+
 def test_text_that_does_not_compile_is_an_error_with_the_compilers_words(own_cache: Path) -> None:
     with pytest.raises(CompilationError, match="expected"):
         library("int answer(void { return 1; }")

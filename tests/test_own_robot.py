@@ -16,7 +16,7 @@ from sym2real.cli import main
 from sym2real.effects import effect
 from sym2real.experiments.models import robot_called
 from sym2real.plants import MujocoPlant, load_plant, save_plant
-from sym2real.robots import ROBOTS, Robot
+from sym2real.robots import ROBOTS, Robot, own
 from sym2real.robots.own import robot_of
 from sym2real.symbolic import Equations, load_model, save_model
 from sym2real.trajectory import Array
@@ -199,6 +199,19 @@ def test_meshes_and_includes_need_not_lie_beside_a_folder(tmp_path: Path) -> Non
     assert not all(before)
 
 
+def test_what_mujoco_cannot_write_without_its_meshes_is_refused_by_its_file(
+    tmp_path: Path, refused: Refused, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def failing(_: str) -> str:
+        raise ValueError("a mesh\nof no volume")
+
+    monkeypatch.setattr(own, "alone", failing)
+    (tmp_path / "links.xml").write_text(two_links.MJCF)
+    said = refused(f"nominal mjcf {tmp_path}/links.xml --out {tmp_path}/out")
+    assert f"{tmp_path}/links.xml: expected" in said
+    assert "found: a mesh of no volume" in said
+
+
 def test_a_field_of_heights_stays_a_file_so_that_no_simulator_goes_with_the_model(
     tmp_path: Path, refused: Refused, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -216,18 +229,20 @@ def test_a_field_of_heights_stays_a_file_so_that_no_simulator_goes_with_the_mode
 
 MESHED = """
 <mujoco model="meshed">
-  <compiler meshdir="meshes"/>
+  <compiler meshdir="meshes" inertiafromgeom="true"/>
   <include file="floor.xml"/>
   <asset>
     <texture name="grey" type="2d" builtin="checker" width="8" height="8"/>
     <material name="grey" texture="grey"/>
-    <mesh name="link" file="link.stl" scale="1 1 1.5"/>
+    <mesh name="sheet" inertia="shell" vertex="0 0 0  0.1 0 0  0 0.1 0  0.1 0.1 0" face="0 1 2  1 3 2"/>
+    <mesh name="link" file="link.stl" scale="1 1 1.5" refpos="0.01 0 0.02"/>
   </asset>
   <worldbody>
     <body name="link" pos="0 0 0.4" euler="10 0 0">
       <joint name="swing" axis="0 1 0"/>
       <geom type="mesh" mesh="link" pos="0.01 0 0" euler="0 5 0" material="grey"/>
       <geom type="mesh" mesh="link" contype="0" conaffinity="0" mass="0.1"/>
+      <geom type="mesh" mesh="sheet" contype="0" conaffinity="0" mass="0.05"/>
       <site name="tip" pos="0 0 -0.3"/>
     </body>
   </worldbody>
@@ -237,10 +252,12 @@ MESHED = """
 
 
 def write_stl(file: Path) -> None:
-    """A lump of random corners, longer below its joint than above."""
+    """A lump of random corners with a dent, longer below its joint than above."""
     corners = np.random.default_rng(0).normal(size=(40, 3)) * [0.04, 0.03, 0.1] + [0.0, 0.01, -0.15]
     inside, triangles = corners.mean(axis=0), []
-    for a, b, c in corners[ConvexHull(corners).simplices]:
+    top, *faces = corners[ConvexHull(corners).simplices]
+    dent = (top.sum(axis=0) + inside) / 4
+    for a, b, c in [*faces, *((top[i - 1], top[i], dent) for i in range(3))]:
         outwards = np.cross(b - a, c - a) @ (a - inside) > 0
         triangles.append(np.concatenate([np.zeros(3), a, *((b, c) if outwards else (c, b))]))
     packed = b"".join(struct.pack("<12fH", *triangle, 0) for triangle in triangles)

@@ -455,7 +455,6 @@ def saved(equations: Equations, folder: Path) -> Path:
     [
         ('type="slide" axis="0.6 0 0.8" range="-0.5 0.5"', 'type="ball"', "found a ball"),
         (' ctrlrange="-1 1"', "", "'pull': expected a ctrlrange"),
-        ("reach", "the reach", "expected a name"),
         ("<worldbody>", "<worldbudy>", "expected an MJCF that MuJoCo opens"),
     ],
 )

@@ -48,7 +48,9 @@ class Compiler:
         command = [*self.command, *self.flags, str(source), "-o", str(target), "-lm"]
         try:
             done = subprocess.run(command, capture_output=True, text=True, timeout=SECONDS, check=False)
-        except (OSError, subprocess.TimeoutExpired) as error:
+        except subprocess.TimeoutExpired:
+            raise CompilationError(f"{shlex.join(self.command)} needs more than {SECONDS:g} s for it") from None
+        except OSError as error:
             raise CompilationError(f"{shlex.join(self.command)} did not run: {error}") from error
         if done.returncode != 0:
             message = done.stderr.strip()[-2000:] or done.returncode

@@ -25,12 +25,18 @@ def is_text(mjcf: str) -> bool:
 def spec_of(mjcf: str) -> mujoco.MjSpec:
     """An MJCF, a text or the path of a file, to be edited or compiled; includes are looked for beside a file.
 
+    Joints and actuators have names that can be columns.
+
     Raises:
         ValueError: when MuJoCo cannot read it.
     """
     import mujoco  # noqa: PLC0415 — a simulator stays out of light imports
 
-    return mujoco.MjSpec.from_string(mjcf) if is_text(mjcf) else mujoco.MjSpec.from_file(mjcf)
+    from sym2real.robots.naming import give_names  # noqa: PLC0415 — as above
+
+    spec = mujoco.MjSpec.from_string(mjcf) if is_text(mjcf) else mujoco.MjSpec.from_file(mjcf)
+    give_names(spec)
+    return spec
 
 
 def unchanged(actions: Array) -> Array:

@@ -293,7 +293,8 @@ def _derived_rates(model: mujoco.MjModel, state: Layout) -> tuple[str, ...]:
 
 
 def _equations(file: str, layouts: Layouts, actions: Mapping[str, str], dt: float) -> Equations:
-    from sym2real.robots.multibody import multibody  # noqa: PLC0415 — SymPy stays out of light imports
+    from sym2real.robots.left_out import left_out_of  # noqa: PLC0415 — SymPy stays out of light imports
+    from sym2real.robots.multibody import multibody  # noqa: PLC0415 — as above
     from sym2real.robots.rolling import rolling  # noqa: PLC0415
 
     model, data = columns.opened(file)
@@ -301,4 +302,5 @@ def _equations(file: str, layouts: Layouts, actions: Mapping[str, str], dt: floa
         return rolling(model, planar.facing_x(model, data), layouts, actions, dt)
     if columns.FREE in model.jnt_type:
         return flying(model, data, actions, dt)
-    return multibody(model, layouts, actions, dt)
+    equations = multibody(model, layouts, actions, dt)
+    return replace(equations, notes=(*equations.notes, *left_out_of(model)))

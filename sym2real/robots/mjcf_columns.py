@@ -4,8 +4,10 @@ A hinge or slide ``j`` gives the state columns ``j`` and ``j_rate`` and the inpu
 in N m along it; a free joint gives position, attitude, velocity and body rates, and as inputs the wrench.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import chain
 from typing import Any
 
 import mujoco
@@ -42,7 +44,7 @@ FREE, BALL, SLIDE, HINGE = (
     int(getattr(mujoco.mjtJoint, f"mjJNT_{name}")) for name in ("FREE", "BALL", "SLIDE", "HINGE")
 )
 BY_JOINT = int(mujoco.mjtTrn.mjTRN_JOINT)
-POSES = 256  # over the ranges of joints, at which inertias are looked at
+POSES = 256  # over the ranges of joints, at which inertias and contacts are looked at
 # Field of the actions, and its unit, of an actuator on a slide and of one on a hinge, by what it is told.
 TOLD = {
     "force": (("actuator force", "N"), ("actuator torque", "N m")),
@@ -95,13 +97,13 @@ def names_of(model: mujoco.MjModel, kind: str) -> list[str]:
     """Names of all joints or actuators, which must be fit for columns.
 
     Raises:
-        ModelError: for one without a name, or with a name that is none.
+        ModelError: for a joint of a tendon, which keeps its name, that is not.
     """
     names = [getattr(model, kind)(index).name for index in range(model.njnt if kind == "joint" else model.nu)]
     for index, name in enumerate(names):
         free = kind == "joint" and model.jnt_type[index] == FREE
         if not free and not is_name(name):
-            raise ModelError(f"{kind} {index}: expected a name of letters, digits and _, found {name!r}")
+            raise ModelError(f"{kind} {index}, of a tendon: expected a name of letters, digits and _, found {name!r}")
     return names
 
 
@@ -238,13 +240,24 @@ def opened(mjcf: str) -> tuple[mujoco.MjModel, Any]:
     Raises:
         ModelError: when MuJoCo cannot read or compile it.
     """
-    try:
+    with failures_of(mjcf, "an MJCF that MuJoCo opens"):
         model = spec_of(mjcf).compile()
-    except (ValueError, OSError, mujoco.FatalError) as error:
-        name = "the robot's description" if is_text(mjcf) else mjcf
-        raise ModelError(f"{name}: expected an MJCF that MuJoCo opens, found: {' '.join(str(error).split())}") from None
     _leave_out_what_is_off(model)
     return model, data_at_start(model)
+
+
+@contextmanager
+def failures_of(mjcf: str, expected: str) -> Iterator[None]:
+    """Inside, what MuJoCo says against a file or a text becomes an error that names it.
+
+    Raises:
+        ModelError: when MuJoCo cannot read, compile or write it.
+    """
+    try:
+        yield
+    except (ValueError, OSError, mujoco.FatalError) as error:
+        name = "the robot's description" if is_text(mjcf) else mjcf
+        raise ModelError(f"{name}: expected {expected}, found: {' '.join(str(error).split())}") from None
 
 
 def _leave_out_what_is_off(model: mujoco.MjModel) -> None:
@@ -277,23 +290,29 @@ def inertias(model: mujoco.MjModel, data: Any) -> Array:
     return whole
 
 
-def inertias_over_range(model: mujoco.MjModel) -> list[Array]:
-    """What accelerates with the joints of a robot of hinges and slides, as :func:`inertias`, in many poses.
+def over_range(model: mujoco.MjModel, slide: float = 0.0) -> Iterator[Any]:
+    """Data of a robot of hinges and slides in many poses, all over the ranges of its joints.
 
-    The first pose is the first keyframe; the others are all over the ranges of the joints. A hinge without a range
-    turns a whole turn, a slide without one stays. An arm that is stretched out weighs many times as much on its first
-    joint as one that is folded.
+    A hinge without a range turns a whole turn, a slide without one goes so far to either side, in m.
     """
     from scipy.stats.qmc import Halton  # noqa: PLC0415 — heavy, and only needed for equations
 
     data = data_at_start(model)
-    found, turns = [inertias(model, data)], np.pi * (model.jnt_type == HINGE)[:, None] * np.array([-1.0, 1.0])
-    ranges = np.where(model.jnt_limited[:, None] != 0, model.jnt_range, data.qpos[:, None] + turns)
+    free = np.where(model.jnt_type == HINGE, np.pi, slide)[:, None] * np.array([-1.0, 1.0])
+    ranges = np.where(model.jnt_limited[:, None] != 0, model.jnt_range, data.qpos[:, None] + free)
     for place in Halton(model.njnt, scramble=False).random(POSES):
         data.qpos[:] = ranges[:, 0] + place * (ranges[:, 1] - ranges[:, 0])
         mujoco.mj_forward(model, data)
-        found.append(inertias(model, data))
-    return found
+        yield data
+
+
+def inertias_over_range(model: mujoco.MjModel) -> list[Array]:
+    """What accelerates with the joints of a robot of hinges and slides, as :func:`inertias`, in many poses.
+
+    The first pose is the first keyframe. An arm that is stretched out weighs many times as much on its first joint as
+    one that is folded.
+    """
+    return [inertias(model, data) for data in chain([data_at_start(model)], over_range(model))]
 
 
 def layouts_of(model: mujoco.MjModel, state: Layout, actions: Mapping[str, str]) -> Layouts:

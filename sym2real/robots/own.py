@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 
 from sym2real.robots.description import is_text, spec_of
+from sym2real.robots.mjcf_columns import failures_of
 from sym2real.robots.robot import Robot
 from sym2real.symbolic.origin import Origin
 from sym2real.trajectory import Array
@@ -55,11 +56,15 @@ def origin_of(robot: Robot) -> Origin | None:
     """What makes the robot again; None for one that the package has, or that is not from an MJCF alone.
 
     None too where the description cannot do without files beside it: meshes can, fields of heights cannot.
+
+    Raises:
+        ModelError: when MuJoCo cannot write the bodies without their meshes.
     """
     mjcf, actuators = robot.description.mjcf, robot.description.actuators
     if not actuators or _is_registered(robot):
         return None
-    text = mjcf if is_text(mjcf) else alone(mjcf)
+    with failures_of(mjcf, "an MJCF that can be written without its meshes"):
+        text = mjcf if is_text(mjcf) else alone(mjcf)
     if text is None:
         return None
     numbers = tuple((name, float(value)) for name, value in robot.numbers.items())
@@ -85,16 +90,22 @@ def alone(mjcf: str) -> str | None:
     Every body's inertia is written out, and what touches stays: MuJoCo lets a mesh touch with its convex hull.
     """
     spec = spec_of(mjcf)
-    spec.compiler.discardvisual = bool(spec.meshes or spec.textures or spec.skins)
     model = spec.compile()
-    for mesh in spec.meshes:
-        mesh.file, mesh.scale, mesh.userface, mesh.uservert = "", [1.0] * 3, [], _hull(model, mesh.id).ravel()
     for body in spec.bodies:
         if model.body_mass[body.id] > 0:
             body.explicitinertial, body.fullinertia = True, [np.nan] * 6
             body.mass, body.inertia = model.body_mass[body.id], model.body_inertia[body.id]
             body.ipos, body.iquat = model.body_ipos[body.id], model.body_iquat[body.id]
     spec.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE
+    spec.compiler.discardvisual = bool(spec.meshes or spec.textures or spec.skins)
+    # New ones: a mesh that was compiled keeps the normals of all its faces, which a hull's do not fit.
+    hulls = {mesh.name: _hull(model, mesh.id) for mesh in spec.meshes if model.mesh_graphadr[mesh.id] >= 0}
+    for geom in [geom for geom in spec.geoms if geom.meshname and geom.meshname not in hulls]:
+        spec.delete(geom)  # touches nothing
+    for mesh in spec.meshes:
+        spec.delete(mesh)
+    for name, corners in hulls.items():
+        spec.add_mesh(name=name, uservert=corners.ravel())
     spec.compile()
     text = spec.to_xml()
     return None if 'file="' in text else text
@@ -104,9 +115,8 @@ def _hull(model: mujoco.MjModel, mesh: int) -> Array:
     """Corners of a mesh's convex hull where the file has them, m ``# (corners, 3)``."""
     first, turn = model.mesh_vertadr[mesh], np.empty(9)
     mujoco.mju_quat2Mat(turn, model.mesh_quat[mesh])
-    corners = model.mesh_vert[first : first + model.mesh_vertnum[mesh]]
-    if (graph := int(model.mesh_graphadr[mesh])) >= 0:
-        count = int(model.mesh_graph[graph])
-        corners = corners[model.mesh_graph[graph + 2 + count : graph + 2 + 2 * count]]
+    # Of the graph: the number of corners, that of faces, a place for each corner, the corners.
+    graph = model.mesh_graph[model.mesh_graphadr[mesh] :]
+    corners = model.mesh_vert[first + graph[2 + graph[0] : 2 + 2 * graph[0]]]
     found: Array = corners @ turn.reshape(3, 3).T + model.mesh_pos[mesh]
     return found

@@ -50,7 +50,7 @@ class Build:
 
     def short(self, name: str, expression: Expr) -> Expr:
         """The expression, or a name for it where it is long."""
-        return expression if count_ops(expression) <= LONGEST else self.name(name, expression)
+        return self.name(name, expression) if is_long(expression) else expression
 
     def each(self, name: str, values: Values) -> Values:
         """An array of expressions, each short; the numbers of entries are part of their names."""
@@ -58,6 +58,20 @@ class Build:
         for place in np.ndindex(values.shape):
             found[place] = self.short(f"{name}_{'_'.join(map(str, place))}", values[place])
         return found
+
+
+def is_long(expression: Expr) -> bool:
+    """Whether it takes more than :data:`LONGEST` operations.
+
+    They are counted where a walk through the tree does not say so by far: SymPy counts slowly. It counts more than a
+    third of what the tree has: x - y has a sum and a product.
+    """
+    waiting, found = [expression], 0
+    while waiting and found <= 3 * LONGEST:
+        arguments = getattr(waiting.pop(), "args", ())  # numbers of Python have none
+        found += max(len(arguments) - 1, 1) if arguments else 0
+        waiting += arguments
+    return found > 3 * LONGEST or count_ops(expression) > LONGEST
 
 
 def fastest(inertia: Array, brakes: Array) -> float:

@@ -15,4 +15,6 @@ def dry_friction(friction: Expr, rate: Expr, dt: float, inertia: Expr | float, o
     added to what the force is held against.
     """
     limit = sqrt((USUAL_DECELERATION * inertia) ** 2 + friction**2)
-    return -friction * Max(Min((2 * inertia / dt * rate + other) / limit, Integer(1)), Integer(-1))
+    # Unevaluated: SymPy would look long, and in vain, for which is the greater.
+    held = Min((2 * inertia / dt * rate + other) / limit, Integer(1), evaluate=False)
+    return -friction * Max(held, Integer(-1), evaluate=False)

@@ -87,5 +87,5 @@ def _compiled(equations: Equations, dtype: torch.dtype) -> NativeRollout | None:
     try:
         return NativeRollout(equations, dtype)
     except (CompilationError, ModelError) as error:
-        LOGGER.warning("rollouts stay with torch: %s", error)
+        LOGGER.warning("predictions stay with torch, which is slower than compiled C: %s", error)
         return None

@@ -23,6 +23,7 @@ from sym2real.effects.along_logs import prepared
 from sym2real.json_objects import fields_of
 from sym2real.logs.conditions import Region
 from sym2real.protocols import DynamicsModel
+from sym2real.robots.left_out import left_out_said
 from sym2real.symbolic import Equations, equations_of
 from sym2real.threads import one_thread
 from sym2real.upward import upward
@@ -120,14 +121,18 @@ def compare(
     steps = sorted({1, free, *(count for count in rows.values() if count <= longest)})
     floor = floor_of_noise(predictor, dataset, steps, start)
     table = dict(zip(steps, prediction_errors(predictor, dataset, steps, start, floor), strict=True))
-    about = data_report(data, equations_of(model))
+    equations = equations_of(model)
+    about = data_report(data, equations)
     errors = window_errors(predictor, dataset)
     return Comparison(
         one_step=table[1],
         horizons=tuple(replace(table[count], horizon=horizon) for horizon, count in rows.items() if count <= longest),
         free_run=table[free],
         start=start,
-        notes=_notes(dataset, [horizon for horizon, count in rows.items() if count > longest], list(table.values())),
+        notes=(
+            *_notes(dataset, [horizon for horizon, count in rows.items() if count > longest], list(table.values())),
+            *([] if equations is None else left_out_said(equations, dataset)),
+        ),
         where=where_of(errors, region),
         worst=worst_segments(errors),
         data=about,

@@ -24,6 +24,7 @@ from sym2real.effects import effect
 from sym2real.effects.inputs import with_inputs_of
 from sym2real.errors import ModelError
 from sym2real.plants import MujocoPlant
+from sym2real.robots.left_out import left_out_said
 from sym2real.symbolic import Equations
 from sym2real.symbolic.mass_normalised import units_said
 
@@ -115,7 +116,8 @@ def refine_base(examined: Examined) -> Refined:
         uncalibrated = SWITCHED_OFF
     elif plant is not None:
         flown, uncalibrated = flown_along(model, plant, checked.data)
-    notes = (*checked.notes, *units_said(model), *([uncalibrated] if uncalibrated else []))
+    about_model = (*units_said(model), *left_out_said(model, checked.data))
+    notes = (*checked.notes, *about_model, *([uncalibrated] if uncalibrated else []))
     model = replace(model, filters=()) if model.filters else model
     library = library_for(model, checked.data, question.exclude, question.include)
     base, searched = library.base if flown is None else refined(library, flown, checked.data), library

@@ -1,0 +1,52 @@
+"""What a robot of joints may meet and its first-principles equations do not have: contacts, and the ends of joints."""
+
+from collections import Counter
+from collections.abc import Sequence
+
+import mujoco
+import numpy as np
+
+from sym2real.dataset import Dataset
+from sym2real.robots import mjcf_columns as columns
+from sym2real.robots.own import robot_of
+from sym2real.symbolic import Equations
+
+CONTACTS, STOPS = "contacts are not in the equations", "end stops of joints are not in the equations"
+MOST = 3  # that are named
+AT_A_STOP = 0.01  # part of a joint's range
+
+
+def left_out_of(model: mujoco.MjModel) -> tuple[str, ...]:
+    """Notes on a compiled file of hinges and slides: which bodies touch within the ranges, where joints end."""
+    touching: Counter[str] = Counter()
+    for data in columns.over_range(model, slide=float(model.stat.extent)):
+        pairs = model.geom_bodyid[data.contact.geom[: data.ncon]].tolist()
+        touching.update({" with ".join(_body(model, body) for body in sorted(pair)[::-1]) for pair in pairs})
+    units = {columns.HINGE: "rad", columns.SLIDE: "m"}
+    stops = [
+        f"{name} at {low:.3g} and {high:.3g} {units[int(model.joint(name).type[0])]}"
+        for name, (low, high) in columns.stops_of(model).items()
+    ]
+    pairs = [pair for pair, _ in touching.most_common()]
+    touch = [f"{CONTACTS}: where its joints can be, {_some(pairs)} can touch"] if pairs else []
+    return (*touch, *([f"{STOPS}: {_some(stops)}"] if stops else []))
+
+
+def left_out_said(model: Equations, data: Dataset) -> list[str]:
+    """The note on contacts, and one on ends that the logs reach."""
+    said = [note for note in model.notes if note.startswith(CONTACTS)]
+    robot = robot_of(model) if any(note.startswith(STOPS) for note in model.notes) else None
+    met = []
+    for column, (low, high) in (robot.ranges if robot is not None else {}).items():
+        near = AT_A_STOP * (high - low)
+        places = np.concatenate([log.column(column) for log in data]) if column in data.layouts.state else np.empty(0)
+        met += [column] if ((places < low + near) | (places > high - near)).any() else []
+    return [*said, *([f"the logs reach what is not in the equations: end stops of {', '.join(met)}"] if met else [])]
+
+
+def _body(model: mujoco.MjModel, body: int) -> str:
+    return model.body(body).name or f"body {body}"
+
+
+def _some(names: Sequence[str]) -> str:
+    return ", ".join([*names[:MOST], *([f"and {len(names) - MOST} more"] if len(names) > MOST else [])])

@@ -108,6 +108,11 @@ def friction_quantity(joint: str) -> str:
     return f"friction_{joint}"
 
 
+def link_mass_quantity(joint: str) -> str:
+    """Times its mass in the description that the link behind a joint weighs."""
+    return f"link_mass_{joint}"
+
+
 def load_quantity(site: str) -> str:
     """Mass that hangs at a site, kg."""
     return f"load_{site}"

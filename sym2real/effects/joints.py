@@ -10,6 +10,8 @@
 
 ``gravity_tilt``. The base stands askew: gravity is turned by small angles about the world's x and y axes.
 
+``link_mass``. The link behind a joint weighs another multiple of what its description says, its inertia with it.
+
 ``load``. A point mass hangs at a site of the robot (a tool, a gripped part).
 """
 
@@ -23,9 +25,9 @@ from sympy import cos, sin
 
 from sym2real.effects import truth
 from sym2real.effects.body import Body
-from sym2real.effects.kind import NOT_NEGATIVE, Domain, Kind, Numbers, Parameter, Values, of_any_body
+from sym2real.effects.kind import NOT_NEGATIVE, POSITIVE, Domain, Kind, Numbers, Parameter, Values, of_any_body
 from sym2real.effects.searching import Searching
-from sym2real.effects.terms import raised
+from sym2real.effects.terms import multiplied, raised
 from sym2real.effects.wrench import ALONE, INERTIA, braked, inertia, push_along, unit_of_push
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.dry_friction import USUAL_DECELERATION, dry_friction
@@ -35,6 +37,7 @@ from sym2real.vocabulary import (
     armature_quantity,
     damping_quantity,
     friction_quantity,
+    link_mass_quantity,
     load_quantity,
     rate_column,
 )
@@ -200,6 +203,36 @@ ARMATURE = _of_joint(
     inject=truth.editing(_more),
     substitute=lambda equations, values, body: raised(equations, armature_quantity(body.column), values["value"]),
     needs=(armature_quantity("{column}"),),
+)
+
+
+def _heavier(spec: Any, body: Body, values: Numbers) -> None:
+    """Mass and inertia of the body that the joint moves, and of those that are fixed to it."""
+    model = spec.copy().compile()
+    link = model.body_weldid[model.jnt_bodyid[model.joint(body.column).id]]
+    for fixed in np.flatnonzero(model.body_weldid == link):
+        part = spec.bodies[fixed]
+        part.explicitinertial, part.fullinertia = True, [np.nan] * 6
+        part.mass, part.inertia = (
+            times * values["value"] for times in (model.body_mass[fixed], model.body_inertia[fixed])
+        )
+        part.ipos, part.iquat = model.body_ipos[fixed], model.body_iquat[fixed]
+
+
+LINK_MASS = _of_joint(
+    name="link_mass",
+    stage="mass",
+    parameters=of_any_body(Parameter("value", "1", null=1.0, low=0.3, high=3.0, scale=0.1, domain=POSITIVE)),
+    formula=r"m_j \to \kappa\,m_j,\quad J_j \to \kappa\,J_j",
+    summary="A link weighs more or less than its description says.",
+    confused_with="an armature, where gravity does not act on the joint; a gain of its actuator beside one",
+    shown_by="several postures, and fast motion",
+    fix="weigh the link, and put its mass into the description",
+    inject=truth.editing(_heavier),
+    substitute=lambda equations, values, body: multiplied(
+        equations, [link_mass_quantity(body.column)], values["value"]
+    ),
+    needs=(link_mass_quantity("{column}"),),
 )
 
 

@@ -10,7 +10,13 @@ from sympy import Expr, Integer
 from sym2real.robots import mjcf_columns as columns
 from sym2real.robots.spatial import Inertia, Motion, Transform, Values, about, exact
 from sym2real.symbolic import symbol
-from sym2real.vocabulary import armature_quantity, damping_quantity, friction_quantity, load_quantity
+from sym2real.vocabulary import (
+    armature_quantity,
+    damping_quantity,
+    friction_quantity,
+    link_mass_quantity,
+    load_quantity,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,8 +88,8 @@ def links_of(model: mujoco.MjModel) -> list[Link]:
         carried[body] = (parent, here)
         if parent >= 0:
             link = found[parent]
-            added = _body_inertia(model, body, here)
-            found[parent] = replace(link, inertia=link.inertia + added)
+            times = symbol(link_mass_quantity(link.joint))
+            found[parent] = replace(link, inertia=link.inertia + _body_inertia(model, body, here, times))
     return found
 
 
@@ -105,13 +111,14 @@ def _link(model: mujoco.MjModel, joint: int, parent: int, fixed: Transform) -> L
     )
 
 
-def _body_inertia(model: mujoco.MjModel, body: int, frame: Transform) -> Inertia:
-    """Of a body and the loads at its sites, in the axes of the link that carries it."""
+def _body_inertia(model: mujoco.MjModel, body: int, frame: Transform, times: Expr) -> Inertia:
+    """Of a body that is so many times heavier, and the loads at its sites, in the axes of the link that carries it."""
     to_link = np.array(frame.turn.T, dtype=object)
     principal = _matrix(model.body_iquat[body])
     about_centre = exact(principal @ np.diag(model.body_inertia[body]) @ principal.T)
     centre = frame.place + to_link @ exact(model.body_ipos[body])
-    whole = Inertia.of_body(as_expression(model.body_mass[body]), centre, to_link @ about_centre @ to_link.T)
+    described = Inertia.of_body(as_expression(model.body_mass[body]), centre, to_link @ about_centre @ to_link.T)
+    whole = Inertia(times * described.mass, times * described.moment, times * described.about_origin)
     for site in columns.loaded_sites(model):
         if model.site_bodyid[site] == body:
             place = frame.place + to_link @ exact(model.site_pos[site])

@@ -35,6 +35,7 @@ from sym2real.vocabulary import (
     armature_quantity,
     damping_quantity,
     friction_quantity,
+    link_mass_quantity,
     load_quantity,
     push_column,
     rate_column,
@@ -150,7 +151,7 @@ def quantities_of(model: mujoco.MjModel) -> tuple[str, ...]:
     """Names of what effects may change in equations from the file: gravity, what joints have, loads at sites."""
     joints = [name for name, kind in zip(names_of(model, "joint"), model.jnt_type, strict=True) if kind != FREE]
     loads = [load_quantity(model.site(site).name) for site in loaded_sites(model)]
-    kinds = (armature_quantity, damping_quantity, friction_quantity)
+    kinds = (armature_quantity, damping_quantity, friction_quantity, link_mass_quantity)
     return (*GRAVITY_COMPONENTS, *(quantity(name) for quantity in kinds for name in joints), *loads)
 
 

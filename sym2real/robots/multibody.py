@@ -10,8 +10,8 @@ fastest, in whatever pose, actions and pushes held: local error fifth order. Eve
 name.
 
 Effects bind to these quantities: ``gravity_x``, ``gravity_y``, ``gravity_z`` (m/s², world axes); of joint J
-``armature_J`` (kg or kg m², inertia that turns with its motor), ``damping_J`` and ``friction_J`` (dry, N or N m); and
-``load_S`` (kg, a point mass at site S).
+``armature_J`` (kg or kg m², inertia that turns with its motor), ``damping_J`` and ``friction_J`` (dry, N or N m), and
+``link_mass_J`` (times the mass that the description gives its link); and ``load_S`` (kg, a point mass at site S).
 """
 
 from collections.abc import Mapping, Sequence
@@ -39,7 +39,7 @@ from sym2real.robots.spatial import (
 )
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.expressions import names_in
-from sym2real.vocabulary import GRAVITY_COMPONENTS, armature_quantity, load_quantity, rate_column
+from sym2real.vocabulary import GRAVITY_COMPONENTS, armature_quantity, link_mass_quantity, load_quantity, rate_column
 
 # Every part has all of the equations once more.
 MOST_PARTS = 8
@@ -76,6 +76,7 @@ def multibody(model: mujoco.MjModel, layouts: Layouts, actions: Mapping[str, str
     }
     for link in links:
         build.quantities |= link.quantities
+        build.quantities |= {link_mass_quantity(link.joint): Integer(1)} if link.inertia.mass else {}
     build.quantities |= {load_quantity(model.site(site).name): Integer(0) for site in columns.loaded_sites(model)}
     alone = [1.0 / float(model.dof_invweight0[model.joint(link.joint).dofadr[0]]) for link in links]
     forces = Forces(model, links, actions, build.part, alone)

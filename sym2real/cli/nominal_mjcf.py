@@ -57,12 +57,15 @@ class NominalMjcf(OfLogs):
         """Make the equations, print what the robot measures and takes, write the model."""
         from mujoco import MjSpec
 
+        from sym2real.cli.progress import stages_progress
         from sym2real.report.tables import columns_table
         from sym2real.robots.naming import give_names
         from sym2real.robots.own import robot_of
+        from sym2real.robots.runge_kutta import telling
 
         robot = self._robot()
-        equations = robot.nominal()
+        with stages_progress() as show, telling(show):
+            equations = robot.nominal()
         console.print(f"a log of it holds the time in s, in steps of about {robot.dt:g} s, and")
         result = save_nominal(equations, self.out, console, columns_table(robot))
         if robot_of(equations) is None:

@@ -55,11 +55,9 @@ class NominalMjcf(OfLogs):
 
     def run(self, console: Console) -> dict[str, Any]:
         """Make the equations, print what the robot measures and takes, write the model."""
-        from mujoco import MjSpec
-
         from sym2real.cli.progress import stages_progress
         from sym2real.report.tables import columns_table
-        from sym2real.robots.naming import give_names
+        from sym2real.robots.naming import named_in
         from sym2real.robots.own import robot_of
         from sym2real.robots.runge_kutta import telling
 
@@ -72,7 +70,7 @@ class NominalMjcf(OfLogs):
             console.print(
                 "note: the file needs others beside it (a field of heights), so no simulator goes with the model"
             )
-        if named := give_names(MjSpec.from_file(str(self.file))):
+        if named := named_in(self.file):
             told = ", ".join(f"{old} → {new}" for old, new in named.items())
             console.print(f"names by which columns and --actions go: {told}", markup=False)
         console.print(f"what it may lack: sym2real effects --robot {self.out}", markup=False)

@@ -190,6 +190,22 @@ def test_a_joint_that_is_hardly_there_in_some_pose_makes_no_endless_equations() 
     assert parts == {f"part{number}" for number in range(2, MOST_PARTS + 1)}
 
 
+def test_equations_that_are_long_say_why_and_tell_how_far_they_are(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "stiff.xml").write_text("""
+    <mujoco><worldbody><body><joint name="slow" axis="0 0 1"/>
+      <inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>
+      <body><joint name="light" axis="1 0 0"/><inertial pos="0 0 0" mass="1" diaginertia="1e-3 1e-3 1e-3"/></body>
+    </body></worldbody>
+      <actuator><velocity name="servo" joint="light" kv="1" ctrlrange="-2 2"/></actuator></mujoco>""")
+    main(["nominal", "mjcf", str(tmp_path / "stiff.xml"), "--dt", "0.02", "--out", str(tmp_path / "stiff")])
+    said = capsys.readouterr()
+    assert "a period takes 15 steps" in " ".join(said.out.split())
+    assert "light is so light beside what brakes it that it rests within 0.001 s" in " ".join(said.out.split())
+    assert "deriving the equations of 2 joints: step 1 of 15 in a period" in " ".join(said.err.split())
+
+
 def regulated(robot: Robot, hidden: str, value: float, count: int) -> list[Trajectory]:
     """Noisy runs to where the task begins, and rest there for nearly all of the time."""
     task, logs = make_task("regulate", robot), []

@@ -55,21 +55,22 @@ class NominalMjcf(OfLogs):
 
     def run(self, console: Console) -> dict[str, Any]:
         """Make the equations, print what the robot measures and takes, write the model."""
-        from mujoco import MjSpec
-
+        from sym2real.cli.progress import stages_progress
         from sym2real.report.tables import columns_table
-        from sym2real.robots.naming import give_names
+        from sym2real.robots.naming import named_in
         from sym2real.robots.own import robot_of
+        from sym2real.robots.runge_kutta import telling
 
         robot = self._robot()
-        equations = robot.nominal()
+        with stages_progress() as show, telling(show):
+            equations = robot.nominal()
         console.print(f"a log of it holds the time in s, in steps of about {robot.dt:g} s, and")
         result = save_nominal(equations, self.out, console, columns_table(robot))
         if robot_of(equations) is None:
             console.print(
                 "note: the file needs others beside it (a field of heights), so no simulator goes with the model"
             )
-        if named := give_names(MjSpec.from_file(str(self.file))):
+        if named := named_in(self.file):
             told = ", ".join(f"{old} → {new}" for old, new in named.items())
             console.print(f"names by which columns and --actions go: {told}", markup=False)
         console.print(f"what it may lack: sym2real effects --robot {self.out}", markup=False)

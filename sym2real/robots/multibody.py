@@ -48,6 +48,11 @@ TOO_FAST = (
     "there may run away; narrow the range, give the joint its armature, or take a shorter --dt"
 )
 
+LONG = (
+    "a period takes {steps} steps, which makes the equations long and slow: {joint} is so light beside what brakes it "
+    "that it rests within {rest:.1g} s; give the joint its armature, or take a shorter --dt"
+)
+
 
 def multibody(model: mujoco.MjModel, layouts: Layouts, actions: Mapping[str, str], dt: float) -> Equations:
     """Equations of a compiled MJCF.
@@ -92,7 +97,11 @@ def multibody(model: mujoco.MjModel, layouts: Layouts, actions: Mapping[str, str
     changed = dict(zip(names, place, strict=True)) | dict(zip(map(rate_column, names), rate, strict=True))
     following = {column: changed[column] for column in layouts.state}
     quantities = _used(build.quantities, following, columns.quantities_of(model))
-    return Equations(following, layouts, dt, quantities=quantities, notes=(TOO_FAST,) if needed > build.parts else ())
+    notes = [TOO_FAST] if needed > build.parts else []
+    if build.parts > MOST_PARTS:
+        lightest = names[int(np.argmax(np.diag(brakes) / alone))]
+        notes.append(LONG.format(steps=build.parts, joint=lightest, rest=1.0 / start))
+    return Equations(following, layouts, dt, quantities=quantities, notes=tuple(notes))
 
 
 def _accelerations(build: Build, forces: Forces, place: Values, rate: Values) -> Values:

@@ -1,6 +1,7 @@
 """Names that can be columns, for joints and actuators that a file calls otherwise or not at all."""
 
 import re
+from pathlib import Path
 from typing import Any
 
 import mujoco
@@ -28,6 +29,11 @@ def give_names(spec: mujoco.MjSpec) -> dict[str, str]:
     moved = _given("actuator", driven)
     _follow(spec, mujoco.mjtObj.mjOBJ_ACTUATOR, moved)
     return named | moved
+
+
+def named_in(file: Path) -> dict[str, str]:
+    """What is named as a file is opened, as of :func:`give_names`."""
+    return give_names(mujoco.MjSpec.from_file(str(file)))
 
 
 def _given(kind: str, elements: list[tuple[Any, str]]) -> dict[str, str]:

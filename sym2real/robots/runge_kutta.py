@@ -4,7 +4,9 @@ A servo of the rate may brake within a fraction of a period; a step that is long
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +22,18 @@ DECAY = 1.4
 DECAY_BESIDE_DRY = 0.8
 STAGES = (Rational(1, 2), Rational(1, 2), 1)  # parts of the period behind which the rates are asked again
 LONGEST = 4  # operations of an expression that needs no name
+
+_show = ContextVar[Callable[[str], object]]("is told what is being derived", default=str)
+
+
+@contextmanager
+def telling(show: Callable[[str], object]) -> Iterator[None]:
+    """Inside, ``show`` is told what is being derived: steps of many joints take seconds each."""
+    before = _show.set(show)
+    try:
+        yield
+    finally:
+        _show.reset(before)
 
 
 @dataclass
@@ -90,6 +104,7 @@ def stepped(
     """Change of coordinates over a period, and the rates behind it."""
     moved, start = 0, place
     for part in range(build.parts):
+        _show.get()(f"deriving the equations of {len(place)} joints: step {part + 1} of {build.parts} in a period")
         build.prefix = f"part{part + 1}_" if part else ""
         if part:
             place, rate = build.each("place", start + moved), build.each("rate", rate)

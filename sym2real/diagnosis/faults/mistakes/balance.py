@@ -17,6 +17,7 @@ from functools import cached_property
 
 import numpy as np
 import torch
+from scipy.stats import wilcoxon
 
 from sym2real import rotation
 from sym2real.dataset import Dataset
@@ -83,9 +84,9 @@ class Balance:
         pairs = zip(zip(*measured, strict=True), zip(*predicted, strict=True), strict=True)
         return [replace(self, measured=own, predicted=other) for own, other in pairs]
 
-    def missed(self, place: int) -> Array:
+    def missed(self, name: str) -> Array:
         """Squares missed of a quantity over the median of both changes, which no single one makes ``# (s,)``."""
-        measured, predicted = self.measured[place], self.predicted[place]
+        measured, predicted = (part[self.names.index(name)] for part in (self.measured, self.predicted))
         size = float(np.median((np.square(measured) + np.square(predicted)).sum(1)))
         return np.asarray(np.square(measured - predicted).sum(1) / max(size, 1e-300))
 
@@ -188,6 +189,11 @@ def _quantities(layout: Layout) -> dict[str, tuple[str, list[int]]]:
                 f"{field.name} about {axis}": (field.name, [place]) for axis, place in zip("xyz", places, strict=False)
             }
     return found
+
+
+def chance(before: Array, after: Array) -> float:
+    """How likely stretches would miss so many fewer squares by chance (Wilcoxon's signed ranks, 1945)."""
+    return float(wilcoxon(before, after, alternative="greater", zero_method="zsplit").pvalue)
 
 
 def without_drag(balance: Balance) -> Array:

@@ -36,10 +36,12 @@ def test_the_place_is_late_with_its_attitude_where_thrust_says_so(
         np.testing.assert_allclose(log.state[ends, places], meant.state[ends, places], atol=1e-9)
 
 
-def test_an_attitude_that_is_late_alone_is_no_pose_beside_an_effect_that_the_model_lacks() -> None:
+@pytest.mark.parametrize(("what", "columns"), [("attitude", ATTITUDE.columns), ("pose", POSE)])
+def test_a_drag_that_the_model_lacks_hides_no_late_place_and_makes_none(what: str, columns: tuple[str, ...]) -> None:
+    """On a circle drag moves the velocity ahead by as much as the place is late."""
     dragged = flights_with("linear_drag", {"cx": 0.02, "cy": 0.02, "cz": 0.02})
-    (fault,) = check(CRAZYFLIE.nominal(), behind(dragged, ATTITUDE.columns, 3)).faults
-    assert fault.evidence.startswith("attitude 3 rows late")
+    (fault,) = check(CRAZYFLIE.nominal(), behind(dragged, columns, 3)).faults
+    assert fault.evidence.startswith(f"{what} 3 rows late")
 
 
 def test_a_place_that_its_velocity_tells_is_late_with_its_attitude() -> None:

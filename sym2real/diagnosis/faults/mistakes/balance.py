@@ -84,9 +84,9 @@ class Balance:
         pairs = zip(zip(*measured, strict=True), zip(*predicted, strict=True), strict=True)
         return [replace(self, measured=own, predicted=other) for own, other in pairs]
 
-    def missed(self, name: str) -> Array:
+    def missed(self, place: int) -> Array:
         """Squares missed of a quantity over the median of both changes, which no single one makes ``# (s,)``."""
-        measured, predicted = (part[self.names.index(name)] for part in (self.measured, self.predicted))
+        measured, predicted = self.measured[place], self.predicted[place]
         size = float(np.median((np.square(measured) + np.square(predicted)).sum(1)))
         return np.asarray(np.square(measured - predicted).sum(1) / max(size, 1e-300))
 
@@ -200,6 +200,17 @@ def without_drag(balance: Balance) -> Array:
     """Losses ``# (q,)`` where a force along the velocity takes what it can: it turns what pushes, as a frame does."""
     pace = balance.predicted[balance.names.index("level position")] if "level position" in balance.names else None
     return balance.losses.mean(0) if pace is None else _without(balance, ("level velocity",), [pace])
+
+
+def missed_beside_drag(balance: Balance) -> Array:
+    """Squares missed of the level velocity where what slows the robot takes what it can ``# (s,)``.
+
+    On a circle that moves the velocity ahead, as nothing late does; it would hide that.
+    """
+    place, moved = (balance.names.index(f"level {field}") for field in (VELOCITY.name, POSITION.name))
+    left, pace = balance.measured[place] - balance.predicted[place], balance.predicted[moved]
+    slowed = min(0.0, float((left * pace).sum() / np.square(pace).sum()))
+    return np.asarray(np.square(left - slowed * pace).sum(1))
 
 
 def without_arm(balance: Balance) -> Array:

@@ -132,7 +132,7 @@ def _judged(balances: Balances, now: Balance, transformation: Transformation, da
     for other in mimics(transformation, data.layouts.action.columns):
         mimicked = balances.inside(of_all(other, data)).losses.mean(0)
         clear &= (mimicked > SETTINGS.far * new) & (_in_all(mimicked) > _in_all(new))
-    chances = [chance(now.missed(name), then.missed(name)) if clear[at] else 1.0 for at, name in enumerate(now.names)]
+    chances = [chance(now.missed(place), then.missed(place)) if clear[place] else 1.0 for place in range(len(old))]
     most = int(np.argmin(chances))
     if chances[most] > SETTINGS.false_alarms_of_each(tried):
         return None

@@ -7,7 +7,7 @@ import numpy as np
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.faults.fault import Fault, Settled
-from sym2real.diagnosis.faults.mistakes.balance import Balances, chance
+from sym2real.diagnosis.faults.mistakes.balance import Balances, chance, missed_beside_drag
 from sym2real.diagnosis.faults.mistakes.transformation import Late, of_all
 from sym2real.diagnosis.faults.sensor_faults import of_the_model
 from sym2real.diagnosis.faults.sensor_readings import PATH, Reading, measured_by, readings
@@ -82,13 +82,14 @@ def _rates_of(late: Late, data: Dataset) -> set[str]:
 def with_its_place(late: Late, data: Dataset, balances: Balances | None) -> Late:
     """The place is late with an attitude or a heading where the model pushes the robot as it moves only then.
 
-    A velocity behind a filter, a row late, must not say as much.
+    A velocity behind a filter, a row late, must not say as much, and what slows the robot not hide it.
     """
     state = data.layouts.state
-    if balances is None or late.columns not in POINTING or not state.has_field(VELOCITY.name):
+    moves = state.has_field(POSITION.name) and state.has_field(VELOCITY.name)
+    if balances is None or late.columns not in POINTING or not moves:
         return late
-    places = tuple(name for field in (POSITION, VELOCITY) for name in field.columns if name in state)
+    places = tuple(name for name in (*POSITION.columns, *VELOCITY.columns) if name in state)
     pose, alone = replace(late, what=POSE, columns=(*late.columns, *places)), of_all(late, data)
     versions = of_all(pose, data), alone, of_all(replace(late, columns=places, rows=1.0), alone)
-    whole, still, filtered = (balances.inside(logs).missed("level velocity") for logs in versions)
+    whole, still, filtered = (missed_beside_drag(balances.inside(logs)) for logs in versions)
     return pose if chance(still, whole) < SETTINGS.false_alarms and filtered.mean() > whole.mean() else late

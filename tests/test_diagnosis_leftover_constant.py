@@ -15,7 +15,7 @@ from sym2real.diagnosis.estimate.whitening import Spread, estimate
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.unexplained.constant import Constants
-from sym2real.diagnosis.unexplained.leftover import find_misfit
+from sym2real.diagnosis.unexplained.leftover import Leftover, find_misfit, split_in_words
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
 
 # The wind and what stands for it; and, to keep the tests short, much else: mass, drag and centre of mass compete.
@@ -31,6 +31,13 @@ def diagnosed(*, windy: bool) -> Diagnosis:
     """Eight short noisy flights, each with a trim of its own, in MuJoCo's air."""
     case = Case("crazyflie", (("wind", WIND),) if windy else (), seed=11, yaw=True)
     return diagnose(CRAZYFLIE.nominal(), simulate_case(case, rows=150), exclude=OUT)
+
+
+def test_the_unit_one_goes_without_saying() -> None:
+    speed = np.linspace(0.0, 2.0, 100)
+    words = split_in_words(["speed"], speed[:, None], np.where(speed < 1.0, 0.5, 2.0), "1")[1]
+    assert words == "0.5 where speed is below 1, 2 above"
+    assert Leftover("constant", "lag", 0.5, "0.5 everywhere", 0.5, "1").statement == "a constant change of lag by 0.5"
 
 
 @pytest.mark.slow

@@ -219,6 +219,14 @@ def test_one_circle_of_a_healthy_car_shows_no_fault_of_its_gyro(seed: int) -> No
     assert readings(Dataset([one_circle(seed, 15.0)])) == ()
 
 
+def test_a_bias_is_told_with_how_sure_it_is() -> None:
+    biased = changed(flights_with("", {}), "wx", lambda rate: rate + 0.1)
+    (found,) = readings(biased)
+    assert abs(found.bias - 0.1) < 3.0 * found.unsure < 0.05
+    (fault,) = check(CRAZYFLIE.nominal(), biased).faults
+    assert f"is off by {found.bias:.3g} ± {1.96 * found.unsure:.1g} from" in fault.evidence
+
+
 @pytest.mark.parametrize("first", [1000, 1012])
 def test_many_circles_of_a_healthy_car_show_no_fault_and_one_that_is_there(first: int) -> None:
     """A lag too small to be one fits noise best: scale and bias are not read at it."""

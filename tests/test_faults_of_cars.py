@@ -8,7 +8,7 @@ import pytest
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.faults.mistakes.balance import Balances
 from sym2real.diagnosis.faults.mistakes.listed import transformations
-from sym2real.diagnosis.faults.mistakes.transformation import Late, of_all
+from sym2real.diagnosis.faults.mistakes.transformation import Exchanged, Late, Transformation, Turned, of_all
 from sym2real.diagnosis.faults.sanity import check
 from sym2real.robots import car
 from sym2real.trajectory import Trajectory
@@ -69,6 +69,27 @@ def test_a_reversed_angle_is_not_one_of_another_turn(square: bool) -> None:
     checked = check(BASE, Dataset(driven(seed, sign=-1.0, square=square) for seed in range(3)))
     (fault,) = checked.faults
     assert fault.evidence.startswith("steer with the wrong sign")
+
+
+@pytest.mark.parametrize("mistake", [Turned("heading", np.pi / 2), Exchanged(("vx", "vy"), ("vy", "vx"), (1, 1))])
+def test_no_drive_alone_has_another_unit_while_all_have_a_mistake(mistake: Transformation) -> None:
+    """Of a short drive that steers little a turned frame looks like an angle that is far too small."""
+    drives = [driven(seed, slip=0.01) for seed in range(2)]
+    short = Dataset([log.rows(first, first + 60) for log in drives for first in range(0, 600, 60)][:12])
+    (fault,) = check(BASE, of_all(mistake, short)).faults
+    assert ("heading in a turned frame" if isinstance(mistake, Turned) else "vx vy swapped") in fault.evidence
+
+
+@pytest.mark.parametrize("slip", [0.0, 0.04])
+@pytest.mark.parametrize(("what", "columns"), [("heading", ()), ("pose", ("x", "y", "vx", "vy"))])
+def test_a_place_with_velocities_of_its_own_is_late_with_its_heading(
+    what: str, columns: tuple[str, ...], slip: float
+) -> None:
+    """As motion capture that derives them writes it, and not where a compass is late alone, although the car slips."""
+    drives = [driven(seed, slip=slip) for seed in range(4)]
+    early = Late(what, (*HEADING.columns, *columns), -5.0, BASE.dt)
+    (fault,) = check(BASE, Dataset(early.undone(log).rows(6, len(log) - 6) for log in drives)).faults
+    assert fault.evidence.startswith(f"{what} 5.5 rows late ({' '.join((*HEADING.columns, *columns))} by 110 ms)")
 
 
 @pytest.mark.parametrize("rows", [2.5, 3.0, 4.5])

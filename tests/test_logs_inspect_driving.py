@@ -33,6 +33,16 @@ def test_a_servos_travel_is_counted_from_where_the_car_goes_straight(tmp_path: P
     assert found.suspected_flips == (() if sign > 0 else ("servo",))
 
 
+@pytest.mark.parametrize("part", [1.0, 0.4])
+def test_the_wheelbase_says_whether_numbers_up_to_one_are_an_angle(tmp_path: Path, part: float) -> None:
+    """A driver's -1 to 1, here of 0.4 rad at full lock, would be an angle of a longer car."""
+    found = logged(tmp_path, STEER / part, SPEED)
+    (steer,) = (row for row in found.rows if row.column == "servo")
+    (wheelbase,) = map(float, re.findall(r"rad, if the wheelbase is about (\S+) m; else a driver's", steer.evidence))
+    assert steer.confidence == "guess"
+    assert wheelbase == pytest.approx(WHEELBASE / part, rel=0.2)  # of larger angles the tangent is larger
+
+
 def test_the_line_that_is_proposed_for_a_servo_reads_its_angle(tmp_path: Path) -> None:
     found = logged(tmp_path, CENTRE - TRAVEL * STEER, SPEED)
     (line,) = re.findall(r"# (steer = \{.*?\})", found.toml())

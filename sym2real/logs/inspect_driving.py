@@ -4,7 +4,7 @@ import numpy as np
 
 from sym2real.logs.draft import Draft
 from sym2real.logs.inspect_motion import DRIVING, NEAR, SPEEDS, slopes_of_positions
-from sym2real.logs.reading import are_pulses, by_name, by_size, largest, turning
+from sym2real.logs.reading import Said, are_pulses, by_name, by_size, largest, turning
 from sym2real.logs.units import UNITS, unit_by_ratio
 from sym2real.trajectory import Array
 from sym2real.vocabulary import ACCELERATION_COLUMN, SPEED_COLUMN, STEER_COLUMN
@@ -46,7 +46,8 @@ def _steer(draft: Draft) -> None:
             draft.suspect(column, "the car turns right where it is larger")
     else:
         size = largest(draft, [STEER_COLUMN])
-        unit, evidence, confidence = by_name(draft, [STEER_COLUMN]) or by_size(("rad", "deg"), size, STEEPEST)
+        told = by_name(draft, [STEER_COLUMN]) or _angle_or_driver(draft, values, turned)
+        unit, evidence, confidence = told or by_size(("rad", "deg"), size, STEEPEST)
         if UNITS[unit][1] * size > STEEPEST:
             evidence += f": up to {size:.4g}, which no wheel of the road turns; the steering wheel's, before its gear?"
             draft.comment(
@@ -55,6 +56,21 @@ def _steer(draft: Draft) -> None:
             draft.comment(STEER_COLUMN, f'steer = {{ column = "{column}", unit = "{unit}", scale = 1.0 }}')
             confidence = "guess"
         draft.settle(STEER_COLUMN, unit, evidence, confidence)
+
+
+def _angle_or_driver(draft: Draft, values: Array, turned: Array | None) -> Said | None:
+    """Numbers up to 1 are rad or a driver's: the wheelbase that the path asks for in rad tells a user which.
+
+    None of larger numbers, and where the car hardly turns or drives.
+    """
+    most, pace = np.abs(values).max(), _pace(draft)
+    if turned is None or most > 1.0 or np.abs(turned).mean() < BOTH_WAYS or pace.mean() < DRIVING:
+        return None
+    bent = pace * np.tan(values)
+    if not (along := abs(float(bent @ turned))):
+        return None
+    evidence = f"up to {most:.3g}: rad, if the wheelbase is about {bent @ bent / along:.2g} m; else a driver's -1 to 1"
+    return "rad", evidence, "guess"
 
 
 def _off_centre(draft: Draft, values: Array, turned: Array) -> tuple[float, float] | None:

@@ -44,6 +44,12 @@ def sources_of(spec: LogSpec) -> dict[str, str]:
     return {name: f"-{column}" if name in turned else column for name, column in found.items()}
 
 
+def _angles_behind(name: str) -> tuple[str, ...]:
+    """The angles that a component of an attitude may be made of; none of another column."""
+    ends = [ends for kind, ends in ATTITUDES.items() if name in attitude_columns(kind)]
+    return tuple(f"{first}{angle}{last}" for first, last in ends for angle in EULER_ANGLES)
+
+
 def along_body(spec: LogSpec) -> tuple[str, ...]:
     """Velocities that stand in the log along the body's axes; as of ``Trajectory.along_body``."""
     return tuple(name for name in VELOCITY.columns if name in spec.columns) if spec.velocity_frame == "body" else ()
@@ -64,8 +70,11 @@ class AsRead:
         return self.sources.get(name, name).removeprefix("-")
 
     def columns(self, names: Sequence[str]) -> tuple[str, ...]:
-        """The files' columns behind several standard ones, each once; those alone that a file has, if it has any."""
-        known = [name for name in names if name in self.sources]
+        """The files' columns behind several standard ones, each once; those alone that a file has, if it has any.
+
+        Behind an attitude's components stand the angles that it was made of.
+        """
+        known = [own for name in names for own in (name, *_angles_behind(name)) if own in self.sources]
         return tuple(dict.fromkeys(map(self.column, known or names)))
 
     def logged(self, names: Sequence[str]) -> tuple[str, ...]:

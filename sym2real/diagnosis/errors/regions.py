@@ -18,6 +18,7 @@ from scipy.ndimage import label
 from sym2real.dataset import Logs
 from sym2real.diagnosis.errors.by_window import WindowErrors, window_errors
 from sym2real.diagnosis.settings import SETTINGS
+from sym2real.effects.kind import with_unit
 from sym2real.json_objects import fields_of
 from sym2real.logs.conditions import Region, training_range
 from sym2real.protocols import DynamicsModel
@@ -182,10 +183,10 @@ def _worst_range(values: Array, target: Array) -> NDArray[np.bool_]:
 def _range_in_words(what: str, unit: str, ends: tuple[float, float], values: Array) -> str:
     low, high = ends
     if low <= values.min():
-        return f"{what} below {high:.2g} {unit}"
+        return f"{what} below {with_unit(high, unit, 2)}"
     if high >= values.max():
-        return f"{what} above {low:.2g} {unit}"
-    return f"{what} between {low:.2g} and {high:.2g} {unit}"
+        return f"{what} above {with_unit(low, unit, 2)}"
+    return f"{what} between {low:.2g} and {with_unit(high, unit, 2)}"
 
 
 def worst_segments(errors: WindowErrors, count: int = MOST) -> tuple[Segment, ...]:

@@ -208,13 +208,8 @@ def _rows(problems: Problems, values: Tensor, names: list[str]) -> _Rows:
     edges = segments.edges(PIECES)
     middle = (segments.row[:, None] + (edges[1:] + edges[:-1])[None] / 2) * dt
     shape = (len(residual), len(names), PIECES)
-    return _Rows(
-        torch.as_tensor(middle),
-        _motion(problem, edges),
-        products[:, 0, 1:].reshape(shape),
-        products[:, 1:, 1:].reshape(*shape, *shape[1:]),
-        segments.log,
-    )
+    gradient, curvature = products[:, 0, 1:].reshape(shape), products[:, 1:, 1:].reshape(*shape, *shape[1:])
+    return _Rows(torch.as_tensor(middle), _motion(problem, edges), gradient, curvature, segments.log)
 
 
 def _motion(problem: Problem, edges: NDArray[np.int64]) -> Tensor:
@@ -285,9 +280,8 @@ def _own_motion(problem: Problem, omega: float, force: float) -> bool:
         shapes = np.stack([np.sin(omega * time), np.cos(omega * time), np.ones(len(time)), time], axis=1)
         # A window, because slow motion is large beside this one and its side lobes would hide it.
         window = np.hanning(len(time))[:, None]
-        squares.append(
-            np.square(np.linalg.lstsq(window * shapes, window * log.state[:, places], rcond=None)[0][:2]).sum()
-        )
+        waves = np.linalg.lstsq(window * shapes, window * log.state[:, places], rcond=None)[0][:2]
+        squares.append(np.square(waves).sum())
     return float(omega**2 * np.sqrt(np.median(squares)) * mass) > SETTINGS.far * force
 
 

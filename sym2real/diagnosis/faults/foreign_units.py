@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from math import inf, log, pi
+from math import inf, log
 
 import numpy as np
 import torch
@@ -29,7 +29,7 @@ from sym2real.effects.filters import filter_commands
 from sym2real.effects.visible import VisibleModel
 from sym2real.logs.agreement import Agreement, rate_agreement, thrust_agreement, velocity_agreement
 from sym2real.symbolic import Equations
-from sym2real.vocabulary import POSITION, STEER_COLUMN
+from sym2real.vocabulary import POSITION
 
 Judged = tuple[Mapping[str, float | None], str]  # column → logged over meant, and over what
 THAN = "what moves the robot as the model says"
@@ -118,9 +118,8 @@ class Steps:
         self._state, self._action = data.layouts.state, data.layouts.action
         rows = np.delete(np.arange(data.rows), np.cumsum([len(log) for log in data]) - 1)  # a log's last has no step
         self._rows = rows[:: max(1, len(rows) // MOST_ROWS)]
-        state, inputs = (
-            torch.as_tensor(np.concatenate([getattr(log, k) for log in data])) for k in ("state", "inputs")
-        )
+        parts = zip(*((log.state, log.inputs) for log in data), strict=True)
+        state, inputs = (torch.as_tensor(np.concatenate(part)) for part in parts)
         self._now, self._later = state[self._rows], state[self._rows + 1]
         self._given = inputs[self._rows]
         self._changed = self._state.difference(self._later, self._now).square().mean(0)
@@ -155,10 +154,6 @@ class Steps:
         here, *beside = self.errors(columns, [factor * by for by in (1.0, SETTINGS.far, 1.0 / SETTINGS.far)])
         return float((torch.minimum(*beside) / here).max())
 
-    def largest(self, columns: Sequence[str]) -> float:
-        """The largest of these commands."""
-        return max(float(np.abs(log.column(name)).max()) for log in self.data for name in columns)
-
     def missed(self, columns: Sequence[str], factor: float) -> float:
         """Mean of :meth:`errors`."""
         return float(self.errors(columns, [factor]).mean())
@@ -182,14 +177,19 @@ class Steps:
         return (error / self._changed)[:, self._changed > 0].nan_to_num(nan=inf, posinf=inf)
 
 
-def foreign_commands(model: Equations, data: Dataset) -> list[Breach]:
-    """Commands that stand in another unit, in all logs, or in each where what mends all makes one worse."""
+def foreign_commands(model: Equations, data: Dataset, *, first: bool = False) -> list[Breach]:
+    """Commands that stand in another unit, in all logs, or in each where what mends all makes one worse.
+
+    Args:
+        first: whether a mistake in all logs may still be there: where these ask for no unit, none of them alone does.
+    """
     together = Steps.of(model, data)
     if together is None:
         return []
     alone, found = [together.only(place) for place in range(len(data))], _foreign_steps(together)
     pairs = ((own.missed((), 1.0), together.only(place).missed((), 1.0)) for place, own in enumerate(alone))
-    if len(data) == 1 or (found and all(now <= SETTINGS.unit_near * before for before, now in pairs)):
+    settled = all(now <= SETTINGS.unit_near * before for before, now in pairs) if found else first
+    if len(data) == 1 or settled:
         return found
     return [foreign.in_one(data, place) for place, own in enumerate(alone) for foreign in _foreign_steps(own)]
 
@@ -216,12 +216,11 @@ def _most_foreign(steps: Steps, settled: Sequence[str]) -> tuple[Scaled, float] 
         if max(between[1], 1.0 / between[0]) < least / SETTINGS.unit_near:
             continue  # of no unit, wherever between these
         ratio = best_factor(partial(steps.missed, columns), between)
-        missed, meant = steps.missed(columns, ratio), steps.data.layouts.action.units[columns[0]]
-        if missed < best[0] and steps.rise(columns, ratio) > SETTINGS.command_sides:
+        (then, reverse), meant = steps.errors(columns, [ratio, -1.0]), steps.data.layouts.action.units[columns[0]]
+        if (missed := float(then.mean())) < best[0] and steps.rise(columns, ratio) > SETTINGS.command_sides:
             found = in_unit(columns, meant, ratio, (least, least), mass)
-            if STEER_COLUMN in columns and steps.largest(columns) > ratio * pi:
-                continue  # of an angle beyond half a turn the tangent is that of another one
-            if found is not None and _mended(now, steps.errors(columns, [ratio])[0]):
+            # Of an angle beyond half a turn the tangent is that of a smaller one with the other sign.
+            if found is not None and _mended(now, then) and _mended(reverse, then):
                 best = missed, (found, ratio)
     return best[1]
 

@@ -100,22 +100,19 @@ def _mirrored(pushed: Callable[[Tensor], Tensor], sent: Tensor) -> Tensor | None
 
 def order_said(motor_order: MotorOrder) -> tuple[str, str]:
     """What shows another order, one clause, and what to change."""
-    shown = (
-        f"how the rates change correlates with them by {motor_order.correlation:.2f} then, "
-        f"by {motor_order.as_it_stands:.2f} as they stand"
-    )
+    now, then = motor_order.as_it_stands, motor_order.correlation
+    shown = f"how the rates change correlates with them by {then:.2f} then, by {now:.2f} as they stand"
     if not motor_order.certain:
         return (
             f"motor columns in another order than the model's; the log does not tell which ({shown} at best)",
             "look up how the log counts its motors, or fly turns about all three axes; the logs stay as they are",
         )
     pairs = [f"{MOTORS[column]} acts as the model's {MOTORS[motor]}" for motor, column in motor_order.moved.items()]
-    now, then = (
-        ", ".join(MOTORS[place] for place in places) for places in (motor_order.moved, motor_order.moved.values())
-    )
+    moved = motor_order.moved
+    wrong, right = (", ".join(MOTORS[place] for place in places) for places in (moved, moved.values()))
     return (
         f"motor columns in another order than the model's: {', '.join(pairs)} ({shown})",
-        f"reorder them in the log's specification: let {now} read the columns that {then} read now",
+        f"reorder them in the log's specification: let {wrong} read the columns that {right} read now",
     )
 
 

@@ -113,7 +113,8 @@ def looks_for(model: Equations | None) -> tuple[tuple[Look, ...], ...]:
     if model is None:
         return (*frames, against_the_path), BY_SENSORS, ()
     mistaken, commands = partial(mistakes, model), partial(foreign_commands, model)
-    return (*frames, *BY_SENSORS, commands, mistaken, against_the_path), BY_SENSORS, (commands, mistaken)
+    first = partial(foreign_commands, model, first=True)
+    return (*frames, *BY_SENSORS, first, mistaken, against_the_path), BY_SENSORS, (commands, mistaken)
 
 
 def through(sensors: Callable[[Tensor], Tensor], data: Dataset) -> Dataset:

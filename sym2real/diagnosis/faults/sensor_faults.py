@@ -21,10 +21,10 @@ from sym2real.logs.sources import AsRead
 from sym2real.symbolic import Equations
 from sym2real.vocabulary import ATTITUDE, POSITION
 
-PREDICTED = 2.0  # s
+PREDICTED, TWO_SIDED = 2.0, 1.96  # s; standard deviations of a 95 % interval
 SAID = {
     SENSOR_SCALE.name: "the logged {column} is {0:.3g} times what the {other} changes by",
-    SENSOR_BIAS.name: "the logged {column} is off by {0:.3g} from what the {other} changes by",
+    SENSOR_BIAS.name: "the logged {column} is off by {0:.3g} ± {2:.1g} from what the {other} changes by",
     TIME_SHIFT.name: "the logged {column} is {1:.0f} ms behind the {other}",
 }
 # What a specification says, or what is done before a log is read, behind what a kind's own fix says.
@@ -62,7 +62,8 @@ def sensors_of(model: Equations | None, data: Dataset) -> Settled:
     for reading in (_beside(own, reading) for reading in found):
         data = Dataset(reading.undone(log) for log in data)
         for kind, value in reading.faulty.items():
-            evidence = SAID[kind].format(value, 1e3 * value, column=reading.column, other=reading.of)
+            half = TWO_SIDED * reading.unsure
+            evidence = SAID[kind].format(value, 1e3 * value, half, column=reading.column, other=reading.of)
             known = {"number": read.scale(1.0 / value), "ms": 1e3 * value}
             loop = IN_A_LOOP if reading.column in RATES and data.layouts.state.has_field(ATTITUDE.name) else ""
             mend = MENDED[kind].format(read.column(reading.column), **known, loop=loop)

@@ -56,6 +56,7 @@ class Reading:
         column: of the state.
         of: what it is the rate of: the attitude, the position or a joint.
         scale, bias, shift: factor, offset in the column's unit, s; 1, 0 and 0 where nothing is wrong.
+        unsure: standard deviation of the offset.
         correlation: of what the sensor says and the other measurement, over stretches.
     """
 
@@ -63,6 +64,7 @@ class Reading:
     of: str
     scale: float
     bias: float
+    unsure: float
     shift: float
     correlation: float
 
@@ -177,8 +179,11 @@ def _shift(tables: Mapping[int, Array], dt: float, honest: float, variance: floa
     return (rows, shift) if shifted else (0, 0.0)
 
 
-def _scale_and_bias(table: Array, noise: float) -> tuple[float, float] | None:
-    """As of :class:`Reading`, for white noise of this size in ∫w; None where the sensor does not go along."""
+def _scale_and_bias(table: Array, noise: float) -> tuple[float, float, float] | None:
+    """Scale, bias and its deviation as of :class:`Reading`, for white noise of this size in ∫w.
+
+    None where the sensor does not go along.
+    """
     (inverse, constant, _), covariance, _ = _fit(table)
     if inverse <= 0:
         return None
@@ -196,7 +201,7 @@ def _scale_and_bias(table: Array, noise: float) -> tuple[float, float] | None:
     )
     usual = SETTINGS.sensor_bias * max(1.0, scale)
     biased = abs(constant) > SETTINGS.sensor_deviations * spread[1] + turned_by and abs(bias) > usual
-    return scale if scaled else 1.0, bias if biased else 0.0
+    return scale if scaled else 1.0, bias if biased else 0.0, float(spread[1] / inverse)
 
 
 def _stretches(told: Sequence[Told], length: int, rows: int) -> Array:

@@ -29,6 +29,7 @@ from sym2real.diagnosis.settings import SETTINGS
 from sym2real.diagnosis.unexplained.disturbance_terms import CONSTANT, TermFit
 from sym2real.diagnosis.unexplained.features import part_of_disturbance
 from sym2real.diagnosis.unexplained.leftover import LOG, Leftover, unit_of
+from sym2real.effects.kind import with_unit
 from sym2real.effects.wrench import AXES
 from sym2real.trajectory import Array
 
@@ -106,7 +107,7 @@ def find_constants(
             return tuple(leftovers)
         place = max(counts, key=falls.__getitem__)
         size, unit = float(constants.sizes[place]), constants.units[place]
-        share, term = falls[place] / constants.alone(place).most, f"{size:.3g} {unit} everywhere"
+        share, term = falls[place] / constants.alone(place).most, f"{with_unit(size, unit)} everywhere"
         name, segments = constants.names[place], problems.problem.segments
         motion = part_of_disturbance(segments, spread, name, size) if name in spread.names else None
         leftovers.append(Leftover(CONSTANT, name, min(1.0, share), term, size, unit, motion))
@@ -139,7 +140,7 @@ def find_differing(
         if sure and of_base[place] <= SETTINGS.mostly * apart.std() and name not in exclude:
             motion = part_of_disturbance(segments, spread, name, np.repeat(apart[place_of], PIECES))
             ends = [(sizes[at, place], data[int(logs[at])].name) for at in (apart.argmin(), apart.argmax())]
-            words = " and ".join(f"{size:.3g} {unit} in {log}" for size, log in ends)
+            words = " and ".join(f"{with_unit(size, unit)} in {log}" for size, log in ends)
             found.append(Leftover(LOG, name, float(shares[place]), words, motion=motion))
     return tuple(sorted((one for one in found if one.matters), key=lambda one: -(one.motion or 0.0)))
 
@@ -158,11 +159,8 @@ def _by_log(constants: Constants, segments: Segments) -> tuple[Array, Array, Arr
     freedom = logs.max(), max(1, halves.max() - logs.max())
     between, unit = by_log - whole, np.maximum(by_half - by_log, 1e-300) / freedom[1]
     share = (between - freedom[0] * unit) / (by_half - whole + unit)
-    return (
-        stats.f.sf(between / freedom[0] / unit, *freedom),
-        share,
-        (-sums[1][0] / sums[1][1].clamp_min(1e-300)).numpy(),
-    )
+    sizes = -sums[1][0] / sums[1][1].clamp_min(1e-300)
+    return stats.f.sf(between / freedom[0] / unit, *freedom), share, sizes.numpy()
 
 
 def _offsets(problem: Problem) -> list[tuple[str, str, Tensor]]:

@@ -29,6 +29,7 @@ from sym2real.diagnosis.settings import SETTINGS
 from sym2real.diagnosis.unexplained.disturbance_terms import CONSTANT, Feature, Side, TermFit, features_in
 from sym2real.diagnosis.unexplained.features import part_of_changes
 from sym2real.diagnosis.unexplained.leftover import Leftover, split_in_words, unit_of
+from sym2real.effects.kind import with_unit
 
 # Part of the loss that a term must save before variances are estimated without it, and how many get that far.
 PROMISING, MOST_TERMS = 0.003, 3
@@ -127,8 +128,7 @@ class Terms:
         values = (level + size * varied).flatten().numpy()
         if judged.name == CONSTANT:
             value = float(values[0])
-            term = f"{value:.3g} {unit} everywhere"
-            return Leftover(CONSTANT, name, confirmed, term, value, unit, motion)
+            return Leftover(CONSTANT, name, confirmed, f"{with_unit(value, unit)} everywhere", value, unit, motion)
         # Of a parameter nothing else varies.
         share = float(values.var() / (values.var() + whitening.disturbances.get(name, 0.0) ** 2))
         feature = self.features[judged.name]

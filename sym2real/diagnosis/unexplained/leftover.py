@@ -18,6 +18,7 @@ from sym2real.diagnosis.estimate.whitening import PIECES, Spread, Whitening
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.diagnosis.unexplained.features import features_of, part_of_disturbance, within
+from sym2real.effects.kind import with_unit
 from sym2real.symbolic.mass_normalised import unit_for
 from sym2real.trajectory import Array
 from sym2real.vocabulary import is_push
@@ -71,7 +72,7 @@ class Leftover:
             return f"an error{of} {(1 - self.r2) ** -0.5:.2f} times that of {beside}"
         what, by = ("disturbance along", "of") if is_push(self.channel) else ("change of", "by")
         if self.size is not None:
-            return f"a constant {what} {self.channel} {by} {self.size:.3g} {self.unit}"
+            return f"a constant {what} {self.channel} {by} {with_unit(self.size, self.unit)}"
         how = "differs from log to log" if self.explained_by == LOG else f"depends on {self.explained_by}"
         return f"a {what} {self.channel} that {how}"
 
@@ -226,4 +227,5 @@ def split_in_words(names: Sequence[str], features: Array, target: Array, unit: s
     tree = DecisionTreeRegressor(max_depth=1, min_samples_leaf=len(target) // 20).fit(features, target).tree_
     feature, threshold = names[tree.feature[0]], tree.threshold[0]
     low, high = (float(tree.value[child].item()) for child in (tree.children_left[0], tree.children_right[0]))
-    return feature, f"{low:.3g} {unit} where {feature} is below {threshold:.3g}, {high:.3g} {unit} above"
+    below = f"{with_unit(low, unit)} where {feature} is below {threshold:.3g}"
+    return feature, f"{below}, {with_unit(high, unit)} above"

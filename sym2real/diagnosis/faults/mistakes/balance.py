@@ -17,6 +17,7 @@ from functools import cached_property
 
 import numpy as np
 import torch
+from scipy.stats import wilcoxon
 
 from sym2real import rotation
 from sym2real.dataset import Dataset
@@ -190,10 +191,26 @@ def _quantities(layout: Layout) -> dict[str, tuple[str, list[int]]]:
     return found
 
 
+def chance(before: Array, after: Array) -> float:
+    """How likely stretches would miss so many fewer squares by chance (Wilcoxon's signed ranks, 1945)."""
+    return float(wilcoxon(before, after, alternative="greater", zero_method="zsplit").pvalue)
+
+
 def without_drag(balance: Balance) -> Array:
     """Losses ``# (q,)`` where a force along the velocity takes what it can: it turns what pushes, as a frame does."""
     pace = balance.predicted[balance.names.index("level position")] if "level position" in balance.names else None
     return balance.losses.mean(0) if pace is None else _without(balance, ("level velocity",), [pace])
+
+
+def missed_beside_drag(balance: Balance) -> Array:
+    """Squares missed of the level velocity where what slows the robot takes what it can ``# (s,)``.
+
+    On a circle that moves the velocity ahead, as nothing late does; it would hide that.
+    """
+    place, moved = (balance.names.index(f"level {field}") for field in (VELOCITY.name, POSITION.name))
+    left, pace = balance.measured[place] - balance.predicted[place], balance.predicted[moved]
+    slowed = min(0.0, float((left * pace).sum() / np.square(pace).sum()))
+    return np.asarray(np.square(left - slowed * pace).sum(1))
 
 
 def without_arm(balance: Balance) -> Array:

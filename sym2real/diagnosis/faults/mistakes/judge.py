@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.stats import wilcoxon
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.preparation import present
 from sym2real.diagnosis.faults.fault import Breach
-from sym2real.diagnosis.faults.mistakes.balance import SHIFTED, Balance, Balances, without_arm, without_drag
+from sym2real.diagnosis.faults.mistakes.balance import SHIFTED, Balance, Balances, chance, without_arm, without_drag
 from sym2real.diagnosis.faults.mistakes.late_pose import with_its_place
 from sym2real.diagnosis.faults.mistakes.listed import mimics, transformations
 from sym2real.diagnosis.faults.mistakes.lost_commands import step_likelihood
@@ -62,7 +61,7 @@ def _best(balances: Balances, data: Dataset) -> Breach | None:
     if found is None:
         return None
     if isinstance(late := found.transformation, Late):
-        found = replace(found, transformation=with_its_place(late, data))
+        found = replace(found, transformation=with_its_place(late, data, balances))
     others = (one.transformation for gain, one in held if gain >= least)
     return replace(found, others=tuple(one.name for one in others if _apart(one, found.transformation)))
 
@@ -133,9 +132,9 @@ def _judged(balances: Balances, now: Balance, transformation: Transformation, da
     for other in mimics(transformation, data.layouts.action.columns):
         mimicked = balances.inside(of_all(other, data)).losses.mean(0)
         clear &= (mimicked > SETTINGS.far * new) & (_in_all(mimicked) > _in_all(new))
-    chance = [_chance(now.missed(place), then.missed(place)) if clear[place] else 1.0 for place in range(len(old))]
-    most = int(np.argmin(chance))
-    if chance[most] > SETTINGS.false_alarms_of_each(tried):
+    chances = [chance(now.missed(place), then.missed(place)) if clear[place] else 1.0 for place in range(len(old))]
+    most = int(np.argmin(chances))
+    if chances[most] > SETTINGS.false_alarms_of_each(tried):
         return None
     return float(better.sum()), Breach(transformation, _said(now.names[most], old[most], new[most]))
 
@@ -143,8 +142,3 @@ def _judged(balances: Balances, now: Balance, transformation: Transformation, da
 def _in_all(losses: Array) -> float:
     """How badly all quantities ``# (q,)`` are predicted: minus their log-likelihood, each of a variance of its own."""
     return float(np.log(np.maximum(losses, ROUNDING)).sum())
-
-
-def _chance(before: Array, after: Array) -> float:
-    """How likely stretches would miss so many fewer squares by chance (Wilcoxon's signed ranks, 1945)."""
-    return float(wilcoxon(before, after, alternative="greater", zero_method="zsplit").pvalue)

@@ -7,17 +7,17 @@ import numpy as np
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.faults.fault import Fault, Settled
+from sym2real.diagnosis.faults.mistakes.balance import Balances, chance, missed_beside_drag
 from sym2real.diagnosis.faults.mistakes.transformation import Late, of_all
 from sym2real.diagnosis.faults.sensor_faults import of_the_model
 from sym2real.diagnosis.faults.sensor_readings import PATH, Reading, measured_by, readings
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.layout import Layout
-from sym2real.logs.agreement import points_along
 from sym2real.logs.sources import AsRead
 from sym2real.symbolic import Equations
-from sym2real.vocabulary import HEADING, POSITION, VELOCITY
+from sym2real.vocabulary import ATTITUDE, HEADING, POSITION, VELOCITY
 
-POSE = "pose"
+POSE, POINTING = "pose", (ATTITUDE.columns, HEADING.columns)
 
 
 def behind_their_rates(model: Equations | None, data: Dataset) -> Settled:
@@ -26,6 +26,7 @@ def behind_their_rates(model: Equations | None, data: Dataset) -> Settled:
     By more than in the model's own predictions: a rate that changes at once is half a row ahead of what it turns.
     """
     given, lates, asked = data, list[tuple[Late, str]](), set[str]()
+    balances = Balances.of(model, data) if model else None
     while found := [reading for reading in _shifted(data) if reading.of not in asked]:
         asked |= {measured := found[0].of}  # of a heading that has been mended velocities have turned
         predicted = of_the_model(model, data, honest=0.0) if model else {}
@@ -37,7 +38,8 @@ def behind_their_rates(model: Equations | None, data: Dataset) -> Settled:
         done = {name for late, _ in lates for name in late.columns}
         said = ", ".join(f"{column} is {1e3 * by:.0f} ms ahead" for column, by in ahead.items())
         for what, columns in _measured_together(data.layouts.state, measured):
-            late = with_its_place(Late(what, tuple(name for name in columns if name not in done), rows, data.dt), data)
+            late = Late(what, tuple(name for name in columns if name not in done), rows, data.dt)
+            late = with_its_place(late, data, balances)
             mended = of_all(late, data)
             if _rates_of(late, mended) <= _rates_of(late, data):  # none was on time and is so no longer
                 lates.append((late, f"{said} of it"))
@@ -49,7 +51,7 @@ def behind_their_rates(model: Equations | None, data: Dataset) -> Settled:
 def _by_one_clock(lates: Sequence[tuple[Late, str]], data: Dataset) -> Settled:
     """To parts of a row; a heading and a place that are as late, but for what honest rates may be, are one sensor's."""
     rows = [late.rows for late, _ in lates]
-    if len(rows) == 2 and max(rows) - min(rows) < 1.0 and lates[0][0].columns == HEADING.columns:
+    if len(rows) == 2 and max(rows) - min(rows) < 1.0 and lates[0][0].columns in POINTING:
         columns = tuple(name for late, _ in lates for name in late.columns)
         lates = [(Late(POSE, columns, float(np.mean(rows)), data.dt), "; ".join(said for _, said in lates))]
     faults, read = list[Fault](), AsRead(data[0].sources)
@@ -77,16 +79,17 @@ def _rates_of(late: Late, data: Dataset) -> set[str]:
     return {one.column for one in _shifted(data) if {*measured_by(state, one.of)[1]} & {*late.columns}}
 
 
-def with_its_place(late: Late, data: Dataset) -> Late:
-    """The place is late with a heading where the car goes where it points only then, and nothing else tells its clock.
+def with_its_place(late: Late, data: Dataset, balances: Balances | None) -> Late:
+    """The place is late with an attitude or a heading where the model pushes the robot as it moves only then.
 
-    What tells it is a velocity of its own: one that was derived from places is as late as they are.
+    A velocity behind a filter, a row late, must not say as much, and what slows the robot not hide it.
     """
-    state, sources = data.layouts.state, data[0].sources
-    derived = bool(sources) and not any(name in sources for name in VELOCITY.columns)
-    if not (derived and late.columns == HEADING.columns):
+    state = data.layouts.state
+    moves = state.has_field(POSITION.name) and state.has_field(VELOCITY.name)
+    if balances is None or late.columns not in POINTING or not moves:
         return late
-    places = tuple(name for field in (POSITION, VELOCITY) for name in field.columns if name in state)
-    pose = replace(late, what=POSE, columns=(*late.columns, *places))
-    alone, whole = (points_along([*of_all(moved, data)]) for moved in (late, pose))
-    return pose if whole > alone else late
+    places = tuple(name for name in (*POSITION.columns, *VELOCITY.columns) if name in state)
+    pose, alone = replace(late, what=POSE, columns=(*late.columns, *places)), of_all(late, data)
+    versions = of_all(pose, data), alone, of_all(replace(late, columns=places, rows=1.0), alone)
+    whole, still, filtered = (missed_beside_drag(balances.inside(logs)) for logs in versions)
+    return pose if chance(still, whole) < SETTINGS.false_alarms and filtered.mean() > whole.mean() else late

@@ -121,18 +121,14 @@ def compare(
     steps = sorted({1, free, *(count for count in rows.values() if count <= longest)})
     floor = floor_of_noise(predictor, dataset, steps, start)
     table = dict(zip(steps, prediction_errors(predictor, dataset, steps, start, floor), strict=True))
-    equations = equations_of(model)
-    about = data_report(data, equations)
+    about, missing = data_report(data, equations_of(model)), [s for s, count in rows.items() if count > longest]
     errors = window_errors(predictor, dataset)
     return Comparison(
         one_step=table[1],
         horizons=tuple(replace(table[count], horizon=horizon) for horizon, count in rows.items() if count <= longest),
         free_run=table[free],
         start=start,
-        notes=(
-            *_notes(dataset, [horizon for horizon, count in rows.items() if count > longest], list(table.values())),
-            *([] if equations is None else left_out_said(equations, dataset)),
-        ),
+        notes=(*_notes(dataset, missing, list(table.values())), *left_out_said(equations_of(model), dataset)),
         where=where_of(errors, region),
         worst=worst_segments(errors),
         data=about,

@@ -116,15 +116,14 @@ def refine_base(examined: Examined) -> Refined:
         uncalibrated = SWITCHED_OFF
     elif plant is not None:
         flown, uncalibrated = flown_along(model, plant, checked.data)
-    about_model = (*units_said(model), *left_out_said(model, checked.data))
-    notes = (*checked.notes, *about_model, *([uncalibrated] if uncalibrated else []))
+    about_model = (*units_said(model), *left_out_said(model, checked.data), *filter(None, [uncalibrated]))
     model = replace(model, filters=()) if model.filters else model
     library = library_for(model, checked.data, question.exclude, question.include)
     base, searched = library.base if flown is None else refined(library, flown, checked.data), library
     if base is not library.base:
         form = library_of(lifted(library.base), tuple(dict.fromkeys(map(library.key, library.effects))))
         searched = form.at(**base.parameters)
-    return Refined(examined, model, library, searched, plant, flown, notes)
+    return Refined(examined, model, library, searched, plant, flown, (*checked.notes, *about_model))
 
 
 def weigh_errors(base: Refined) -> Prepared:

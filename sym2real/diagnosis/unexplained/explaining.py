@@ -50,8 +50,8 @@ def _leftovers(scored: Scored, rest: Rest) -> tuple[Leftover, ...]:
         errors = problems.problem.residuals(selection.fit.values[None])[0]
         motion = part_of_changes(problems.problem.segments, errors)
         leftovers += find_misfit(problems.whitening.misfit(errors), motion)
-        predicted = own is None and scored.stages and scored.floor  # else the base's own errors may be as large
-        if predicted and not any(leftover.matters for leftover in leftovers):
+        # Where a simulator has shown the base's own errors, these may be as large.
+        if own is None and scored.stages and scored.floor and not any(leftover.matters for leftover in leftovers):
             leftovers += find_far(scored.stages, scored.floor, motion)
     return tuple(sorted(leftovers, key=lambda leftover: not leftover.matters))
 

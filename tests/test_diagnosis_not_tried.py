@@ -90,7 +90,7 @@ def test_what_brakes_and_what_reacts_competes_where_motors_turn_the_body() -> No
     left_out = {one.key: one.searching.why_not(one.body) for one in known(by_motors)}
     assert not left_out["rate_damping"]
     assert not left_out["rotor_reaction"]
-    assert "speeds are in the logs" in left_out["battery_sag"]
+    assert "speeds, which are in the logs" in left_out["battery_sag"]
     told = {one.key: one.searching.why_not(one.body) for one in known(quadrotor(0.03, interface="motors"))}
     assert not told["battery_sag"]
     left_out = {one.key: one.searching.why_not(one.body) for one in known(BASE)}

@@ -129,3 +129,10 @@ def test_errors_far_beyond_noise_are_left_over_even_if_no_push_describes_them() 
     (left,) = find_misfit(1.69)
     assert left.statement == "an error 1.30 times that of noise and disturbances"
     assert left.measure == "41 % of the squares"
+
+
+def test_of_an_effect_it_is_said_what_unseen_logs_confirm_and_of_a_disturbance_how_much_it_explains() -> None:
+    """Nothing else varies an effect: a share of its variance would always be one."""
+    of_effect, pushed = (Leftover("wz", channel, 0.97, "", motion=0.2) for channel in ("lag:steer", "fz"))
+    assert of_effect.measure == "confirmed to 97 %"
+    assert pushed.measure == "R² 0.97"

@@ -18,6 +18,7 @@ from sym2real.diagnosis.estimate.whitening import PIECES, Spread, Whitening
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.diagnosis.unexplained.features import features_of, part_of_disturbance, within
+from sym2real.effects import EFFECTS
 from sym2real.effects.kind import with_unit
 from sym2real.symbolic.mass_normalised import unit_for
 from sym2real.trajectory import Array
@@ -80,6 +81,8 @@ class Leftover:
     def measure(self) -> str:
         """How much of what is left that is, in words."""
         much = f"R² {self.r2:.2f}" if self.unseen else f"{100 * self.r2:.0f} % of the squares"
+        if self.unseen and self.channel.partition(":")[0] in EFFECTS:
+            much = f"confirmed to {100 * self.r2:.0f} %"  # what is left of an effect varies with nothing else
         small = f", and {100 * (self.motion or 0.0):.1g} % of the motion: too small to matter"
         return much if self.matters else much + small
 
@@ -174,10 +177,8 @@ def find_leftovers(rest: Rest, of_the_base: Callable[[], Rest] | None = None) ->
         return ()
     base: Rest | None = None
     leftovers = []
-    scored = sorted(((*rest.explained(channel), channel) for channel in rest.suspects()), reverse=True)
-    for r2, size, channel in scored:
-        if r2 <= SETTINGS.worth_saying:
-            break
+    scored = ((*rest.explained(channel), channel) for channel in rest.suspects())
+    for r2, size, channel in sorted((one for one in scored if one[0] > SETTINGS.worth_saying), reverse=True):
         place = rest.names.index(channel)
         if size < SETTINGS.negligible * rest.sizes[place] or rest.answered(channel, r2):
             continue
@@ -215,8 +216,7 @@ def cross_validated(features: Array, targets: Array, groups: NDArray[np.int64]) 
 
 def unit_of(problem: Problem, name: str) -> str:
     """Unit of a disturbance."""
-    equations = problem.library.equations
-    layouts = equations.layouts
+    equations, layouts = problem.library.equations, problem.library.equations.layouts
     return unit_for(equations, (layouts.inputs if name in layouts.inputs else layouts.action).units[name])
 
 

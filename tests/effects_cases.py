@@ -60,7 +60,7 @@ CASES: list[Case] = [
     (Q, "lag:wx_cmd", {"value": 0.05}, 0.999, 0.02),
     (Q, "rate_limit:wx_cmd", {"value": 20.0}, 0.999, 0.01),
     (Q, "dead_band:wx_cmd", {"value": 0.5}, 0.999, 0.01),
-    # Commands about the threshold act in part, so that a fit feels it; a row in thirty here.
+    # Commands about the threshold act in part, so that a fit feels it.
     (Q, "dead_zone:wx_cmd", {"value": 0.3}, 0.97, 0.05),
     (Q, "mounting_tilt", {"roll": 0.035, "pitch": -0.02}, 0.999, 0.01),
     (Q, "mounting_yaw", {"value": 0.1}, 0.999, 0.01),

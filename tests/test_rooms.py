@@ -25,6 +25,7 @@ FLOORS: dict[str, int] = {
             "trajectory",
             "dataset",
             "level_ground",
+            "inertias",
             "protocols",
             "data",
             "native",

@@ -17,7 +17,7 @@ from sym2real.effects.actuators import DEAD_BAND, DEAD_ZONE, DELAY, LAG, RATE_LI
 from sym2real.effects.bound import Effect
 from sym2real.effects.commands import LIMIT
 from sym2real.effects.filters import FilterState
-from sym2real.effects.memory import SOFT, WHOLE
+from sym2real.effects.memory import NARROWEST, SOFT, WHOLE
 from sym2real.effects.period_shares import lag_share, older_share
 from sym2real.errors import ModelError
 from sym2real.trajectory import Array
@@ -176,9 +176,11 @@ def _play(value: float) -> Rule:
 
 
 def _rest(value: float) -> Rule:
-    low, high, slope = (f"R({number!r})" for number in (0.5 - 0.5 / SOFT, 1.0, 0.5 / (SOFT * max(value, 1e-12))))
-    part = f"maximum(minimum(absolute({{row}}) * {slope} + {low}, splat({high})), splat(R(0.0)))"
-    return lambda memory, row, out: [f"{out} = {row} * {part.format(row=row)};"]
+    low, slope = f"R({0.5 - 0.5 / SOFT!r})", f"R({0.5 / (SOFT * max(value, NARROWEST))!r})"
+    return lambda memory, row, out: [
+        f"const v part = absolute({row}) * {slope} + {low};",
+        f"{out} = {row} * maximum(minimum(part, splat(R(1.0))), splat(R(0.0)));",
+    ]
 
 
 def _limit(lower: float, upper: float) -> Rule:

@@ -12,6 +12,7 @@
 straight line between 0.95 w and 1.05 w, so that a fit feels the threshold.
 """
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -29,6 +30,7 @@ from sym2real.trajectory import Array
 BETWEEN_ROWS = (
     "a controller that sends more often than the log has rows hides up to half a row: `nominal --dt` its step"
 )
+_of_command = partial(Kind, stage="filter", columns="action")
 # The truth integrates a control period in so many pieces.
 PIECES = 200
 
@@ -54,9 +56,8 @@ def _rate_limit_inject(body: Body, values: Numbers) -> Change:
     return truth.following(body, follow)
 
 
-RATE_LIMIT = Kind(
+RATE_LIMIT = _of_command(
     name="rate_limit",
-    stage="filter",
     parameters=_rate_limit_parameters,
     formula=r"|\dot a'| \le r",
     summary="The actuator follows its command no faster than a fixed rate.",
@@ -65,7 +66,6 @@ RATE_LIMIT = Kind(
     fix="raise the limit in the firmware (servo speed, acceleration limit), or limit the commands' rate",
     inject=_rate_limit_inject,
     memory=lambda body: rate_limited(),
-    columns="action",
     searching=Searching(
         why_not=alone_on("rate command", "thrust", "motors"),
         starts=lambda body, values: tuple(float(np.std(values)) / body.dt * 0.2 * part for part in (1.0, 3.0)),
@@ -113,9 +113,8 @@ def _delay_parts(values: Values, body: Body) -> tuple[tuple[Kind, Values], ...]:
     return steering.parts(DELAY, steering.of_delay, values, body)
 
 
-DELAY = Kind(
+DELAY = _of_command(
     name="delay",
-    stage="filter",
     parameters=_delay_parameters,
     formula=r"a(t) \to a(t - d)",
     summary="Commands act some time after they were sent.",
@@ -124,7 +123,6 @@ DELAY = Kind(
     fix=f"shorten the way (radio, queue), or let the controller plan with the commands under way; {BETWEEN_ROWS}",
     inject=_delay_inject,
     memory=lambda body: shift(body.loop_gains),
-    columns="action",
     column_needed=False,
     parts=_delay_parts,
     shared=(steering.BEFORE,),
@@ -151,9 +149,8 @@ def _lag_parts(values: Values, body: Body) -> tuple[tuple[Kind, Values], ...]:
     return steering.parts(LAG, steering.of_lag, values, body)
 
 
-LAG = Kind(
+LAG = _of_command(
     name="lag",
-    stage="filter",
     parameters=_lag_parameters,
     formula=r"\tau \dot a' = a - a'",
     summary="The actuator approaches its command as a first-order filter.",
@@ -162,7 +159,6 @@ LAG = Kind(
     fix=f"stiffen the actuator's own loop, or let the controller plan with the lag; {BETWEEN_ROWS}",
     inject=truth.editing(_slow),
     memory=lambda body: lag(body.loop_gains),
-    columns="action",
     column_needed=False,
     parts=_lag_parts,
     shared=(steering.BEFORE,),
@@ -179,10 +175,13 @@ def _widest(body: Body) -> float:
     return 5 * body.scale
 
 
-def _dead_band_parameters(body: Body) -> tuple[Parameter, ...]:
+def _band_parameters(body: Body) -> tuple[Parameter, ...]:
     return (
         Parameter("value", body.unit, null=0.0, low=0.0, high=_widest(body), scale=body.scale, domain=NOT_NEGATIVE),
     )
+
+
+_of_a_band = partial(_of_command, parameters=_band_parameters)
 
 
 def _dead_band_inject(body: Body, values: Numbers) -> Change:
@@ -195,10 +194,8 @@ def _dead_band_inject(body: Body, values: Numbers) -> Change:
     return truth.following(body, play)
 
 
-DEAD_BAND = Kind(
+DEAD_BAND = _of_a_band(
     name="dead_band",
-    stage="filter",
-    parameters=_dead_band_parameters,
     formula=r"a' = \mathrm{clip}(a', a - w/2, a + w/2)",
     summary="A linkage has play: commands that turn back do nothing within a band, w from end to end.",
     confused_with="a lag of the servo",
@@ -206,7 +203,6 @@ DEAD_BAND = Kind(
     fix="take the play out of the linkage",
     inject=_dead_band_inject,
     memory=lambda body: play(),
-    columns="action",
     searching=Searching(
         why_not=alone_on("rate command", "thrust", "motors"),
         starts=lambda body, values: tuple(min(part * float(np.std(values)), _widest(body)) for part in (0.25, 0.5)),
@@ -222,10 +218,8 @@ def _dead_zone_inject(body: Body, values: Numbers) -> Change:
     )
 
 
-DEAD_ZONE = Kind(
+DEAD_ZONE = _of_a_band(
     name="dead_zone",
-    stage="filter",
-    parameters=_dead_band_parameters,
     formula=r"a' = a\,[\,|a| > w\,]",
     summary="Commands smaller than a threshold do nothing; larger ones act in full.",
     confused_with="a gain, where few commands are small; dry friction",
@@ -233,7 +227,6 @@ DEAD_ZONE = Kind(
     fix="raise the motor driver's lowest duty, or take out the dead zone of the driver or the remote control",
     inject=_dead_zone_inject,
     memory=lambda body: dead_zone(),
-    columns="action",
     searching=Searching(
         why_not=alone_on("rate command", "thrust", "motors"),
         starts=lambda body, values: tuple(

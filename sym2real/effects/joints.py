@@ -29,6 +29,7 @@ from sym2real.effects.kind import NOT_NEGATIVE, POSITIVE, Domain, Kind, Numbers,
 from sym2real.effects.searching import Searching
 from sym2real.effects.terms import multiplied, raised
 from sym2real.effects.wrench import ALONE, INERTIA, braked, inertia, push_along, unit_of_push
+from sym2real.inertias import write_inertia
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.dry_friction import USUAL_DECELERATION, dry_friction
 from sym2real.trajectory import Array
@@ -208,15 +209,10 @@ ARMATURE = _of_joint(
 
 def _heavier(spec: Any, body: Body, values: Numbers) -> None:
     """Mass and inertia of the body that the joint moves, and of those that are fixed to it."""
-    model = spec.copy().compile()
+    model = spec.compile()
     link = model.body_weldid[model.jnt_bodyid[model.joint(body.column).id]]
     for fixed in np.flatnonzero(model.body_weldid == link):
-        part = spec.bodies[fixed]
-        part.explicitinertial, part.fullinertia = True, [np.nan] * 6
-        part.mass, part.inertia = (
-            times * values["value"] for times in (model.body_mass[fixed], model.body_inertia[fixed])
-        )
-        part.ipos, part.iquat = model.body_ipos[fixed], model.body_iquat[fixed]
+        write_inertia(spec.bodies[fixed], model, values["value"])
 
 
 LINK_MASS = _of_joint(

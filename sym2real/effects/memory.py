@@ -24,6 +24,7 @@ Run = Callable[[Tensor, Tensor, float, Given], tuple[Tensor, Tensor]]
 # Periods by which a delay may miss a whole number of them: in single precision 0.04 s are less than two of 0.02 s.
 WHOLE = 1e-6
 SOFT = 0.05  # part of a dead zone's threshold, to either side of it, within which commands act in part
+NARROWEST = 1e-12  # threshold of a dead zone that is none
 LONGEST_DELAY = 60.0  # s; every row that is still under way is kept, so that a delay without end fills the memory
 
 
@@ -194,7 +195,7 @@ def dead_zone() -> Memory:
     """Nothing of a command well within the threshold, all of it well beyond, a part in between."""
 
     def run(memory: Tensor, rows: Tensor, dt: float, values: Given) -> tuple[Tensor, Tensor]:
-        beyond = rows.abs() / values["value"][..., None, :].clamp_min(1e-12) - 1.0
+        beyond = rows.abs() / values["value"][..., None, :].clamp_min(NARROWEST) - 1.0
         return memory, rows * (0.5 + beyond / (2 * SOFT)).clamp(0.0, 1.0)
 
     return Memory(first_row, run)

@@ -181,16 +181,11 @@ def _battery_sag_substitute(equations: Equations, values: Values, body: Body) ->
     return scaled(equations, 1 - values["value"] * time)
 
 
-MEASURED_SPEEDS = (
-    "the battery acts through the rotors' speeds, which are in the logs; where these are commands, and not measured, "
-    "`sym2real add MODEL battery_sag --fit LOG` tests it"
-)
-
-
 def _why_not(body: Body) -> str:
     """A battery lets rotors turn more slowly; what a rotor of some speed gives is the air's."""
     known = motors_of(body.layouts.action) and "rotor_thrust" in body.numbers
-    return MEASURED_SPEEDS if known else ""
+    through = "the battery acts through the rotors' speeds, which are in the logs; where these are commands, and not"
+    return f"{through} measured, `sym2real add MODEL battery_sag --fit LOG` tests it" if known else ""
 
 
 BATTERY_SAG = _of_rotorcraft(

@@ -7,6 +7,7 @@ from typing import Protocol
 import mujoco
 import numpy as np
 
+from sym2real.inertias import write_inertia
 from sym2real.robots.description import is_text, spec_of
 from sym2real.robots.mjcf_columns import failures_of
 from sym2real.robots.robot import Robot
@@ -93,9 +94,7 @@ def alone(mjcf: str) -> str | None:
     model = spec.compile()
     for body in spec.bodies:
         if model.body_mass[body.id] > 0:
-            body.explicitinertial, body.fullinertia = True, [np.nan] * 6
-            body.mass, body.inertia = model.body_mass[body.id], model.body_inertia[body.id]
-            body.ipos, body.iquat = model.body_ipos[body.id], model.body_iquat[body.id]
+            write_inertia(body, model)
     spec.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE
     spec.compiler.discardvisual = bool(spec.meshes or spec.textures or spec.skins)
     # New ones: a mesh that was compiled keeps the normals of all its faces, which a hull's do not fit.

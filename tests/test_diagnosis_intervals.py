@@ -24,6 +24,7 @@ from sym2real.diagnosis.estimate.weighing import whiten
 from sym2real.diagnosis.predict.candidate import candidates, library_for
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
+from sym2real.diagnosis.search.intervals import averaged_ends
 from sym2real.diagnosis.search.select import reported
 from sym2real.effects import effect
 from sym2real.effects.kind import NOT_NEGATIVE, Parameter
@@ -176,6 +177,7 @@ def test_the_interval_of_a_delay_holds_it_where_commands_change_within_steps() -
         (Estimate(0.09834, 0.09474, 0.10194, "N"), "0.0983 ± 0.0036 N"),
         (Estimate(123.4, 111.4, 135.4, "m/s"), "123 ± 12 m/s"),
         (Estimate(1.02, 0.97, 1.07, "1"), "1.020 ± 0.050"),
+        (Estimate(2.13, 0.41, 6.3, "rad/s"), "2.1 (0.4 … 6.3) rad/s"),
         (Estimate(0.5, -np.inf, np.inf, "N"), "0.5 N"),
         (Estimate(0.0, 0.0, 15.0, "N", determined=False), "undetermined"),
         (Estimate(0.5, 0.5, 0.5, "N"), "0.5 N"),
@@ -183,6 +185,22 @@ def test_the_interval_of_a_delay_holds_it_where_commands_change_within_steps() -
 )
 def test_a_sentence_gives_two_digits_of_what_is_unsure(estimate: Estimate, said: str) -> None:
     assert estimate.with_half_width == said
+
+
+@pytest.mark.parametrize("weights", [(1.0,), (0.98, 0.02), (0.8, 0.2), (0.4, 0.5, 0.1)])
+def test_an_interval_holds_what_draws_from_all_sets_say_but_a_fortieth_at_either_end(
+    weights: tuple[float, ...],
+) -> None:
+    shifts = np.array([0.0, 1.5, -4.0])[: len(weights)]
+    low, high = averaged_ends(3.0, 0.5, torch.tensor(shifts), torch.tensor(weights, dtype=torch.float64))
+    rng = np.random.default_rng(1)
+    drawn = 3.0 + rng.choice(shifts, 400_000, p=weights) + rng.normal(0.0, 0.5 / 1.96, 400_000)
+    np.testing.assert_allclose([low, high], np.quantile(drawn, [0.025, 0.975]), atol=0.02)
+
+
+def test_an_interval_holds_the_value_that_is_given_however_little_its_set_weighs() -> None:
+    ends = averaged_ends(3.0, 0.5, torch.tensor([0.0, 2.0]), torch.tensor([0.001, 0.999]))
+    assert ends == (3.0, pytest.approx(5.5, abs=0.01))
 
 
 def test_what_calibration_says_of_the_base_is_taken_away_from_values() -> None:

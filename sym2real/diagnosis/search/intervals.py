@@ -7,6 +7,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import torch
+from scipy.optimize import brentq
+from scipy.stats import norm
+from torch import Tensor
 
 from sym2real.diagnosis.estimate.quadratic import Fit
 from sym2real.diagnosis.estimate.significance import half_widths
@@ -43,12 +46,16 @@ class Estimate:
 
     @property
     def with_half_width(self) -> str:
-        """Value, half the interval and unit for a sentence, to two digits of what is unsure."""
+        """Value, interval and unit for a sentence, to two digits of half of it; both ends where one is much further."""
         half = (self.high - self.low) / 2
         if not (self.determined and 0.0 < half < math.inf):
             return self.said
         places = max(0, 1 - math.floor(math.log10(half)))
-        return f"{self.value:.{places}f} ± {half:.{places}f} {'' if self.unit == '1' else self.unit}".rstrip()
+        value, low, high, width = (f"{number:.{places}f}" for number in (self.value, self.low, self.high, half))
+        even = abs(self.high + self.low - 2 * self.value) < half * SETTINGS.mostly
+        return (
+            f"{value} {f'± {width}' if even else f'({low} … {high})'} {'' if self.unit == '1' else self.unit}".rstrip()
+        )
 
 
 def about(value: float, deviation: float, unit: str) -> Estimate:
@@ -57,13 +64,38 @@ def about(value: float, deviation: float, unit: str) -> Estimate:
 
 
 def estimates(selection: Selection, candidate: Candidate, fit: Fit, near: Near | None) -> dict[str, Estimate]:
-    """Values of a chosen candidate in a fit of all, by parameter; intervals cover the choice of near sets."""
+    """Values of a chosen candidate in a fit of all, by parameter.
+
+    Intervals cover the choice of near sets: of all of them, by their weights, 95 % lie inside (Bayesian model
+    averaging; J. Hoeting, D. Madigan, A. Raftery, C. Volinsky, Statistical Science 14 (1999) 382–417).
+    """
     found = {}
-    for slot, value, half in _around(selection, candidate, fit, near):
+    shifts, weights = near.shifts(candidate) if near else (torch.zeros(1, len(fit.values)), torch.ones(1))
+    for index, (slot, value, half) in zip(candidate.free, _around(selection, candidate, fit), strict=True):
         known = half < math.inf
-        ends = (value - half, value + half) if known else (slot.low, slot.high)
+        ends = averaged_ends(value, half, shifts[:, index], weights) if known else (slot.low, slot.high)
         found[slot.name] = Estimate(value, *ends, slot.unit, known)
     return found
+
+
+def averaged_ends(value: float, half: float, shifts: Tensor, weights: Tensor) -> tuple[float, float]:
+    """Ends of an interval that holds a value, and 95 % of normal distributions about it and where others have it.
+
+    Args:
+        value: in the chosen set.
+        half: half-width of the 95 % interval there.
+        shifts, weights: of the value in every set, from the chosen one's, and of the sets ``# (sets,)``.
+    """
+    if half == 0.0:
+        return value + float(shifts.min()), value + float(shifts.max())
+    places = TWO_SIDED * shifts.numpy() / half
+
+    def below(end: float, part: float) -> float:
+        return float(weights.numpy() @ norm.cdf(end - places)) - part
+
+    low = brentq(below, places.min() - 3.0, places.max() - 1.0, args=(0.025,))
+    high = brentq(below, places.min() + 1.0, places.max() + 3.0, args=(0.975,))
+    return value + min(low, 0.0) * half / TWO_SIDED, value + max(high, 0.0) * half / TWO_SIDED
 
 
 def none_within(near: Near, candidate: Candidate) -> bool:
@@ -72,7 +104,7 @@ def none_within(near: Near, candidate: Candidate) -> bool:
     """
     selection, (sets, weights) = near.selection, near.sets_with(candidate)
     likely = (effects.fit for effects, weight in zip(sets, weights, strict=True) if weight > SETTINGS.level)
-    around = (_around(selection, candidate, fit, None) for fit in likely)
+    around = (_around(selection, candidate, fit) for fit in likely)
     none = any(all(abs(value - own.null) < half for own, value, half in parameters) for parameters in around)
     return none and selection.problems.block_count >= SETTINGS.fewest_pieces
 
@@ -81,16 +113,11 @@ def _parameter(selection: Selection, index: int) -> Parameter:
     return selection.problems.library.slots[index].parameter
 
 
-def _around(
-    selection: Selection, candidate: Candidate, fit: Fit, near: Near | None
-) -> Iterator[tuple[Parameter, float, float]]:
+def _around(selection: Selection, candidate: Candidate, fit: Fit) -> Iterator[tuple[Parameter, float, float]]:
     """Parameter, reported value and half of its 95 % interval, of each that a chosen candidate has."""
     problem, halves = selection.problems.problem, half_widths(selection.problems, fit)
     halves = torch.where(selection.problems.identifiable(fit), halves, math.inf)
     library = problem.library
-    form = dict.fromkeys(candidate.slots, 0.0)
-    if near is not None:
-        form = dict(zip(candidate.slots, near.variances(candidate).tolist(), strict=True))
     for place, index in zip(fit.places(candidate.free), candidate.free, strict=True):
         effect, slot = library.effects[library.slots[index].effect], _parameter(selection, index)
         value = reported(float(fit.values[index]), float(selection.origin[index]), slot)
@@ -98,7 +125,7 @@ def _around(
         # Nobody knows how a torque is answered.
         by_torque = SETTINGS.stiffness * effect.of.by_torque(effect.body)
         by_form = SETTINGS.interval_floor**2 + by_torque**2
-        squares = (float(halves[place]) * slot.scale) ** 2 + TWO_SIDED**2 * form[index] + by_form * reference**2
+        squares = (float(halves[place]) * slot.scale) ** 2 + by_form * reference**2
         yield slot, value, (squares + _unresolved(problem, effect.of, slot) ** 2) ** 0.5
 
 

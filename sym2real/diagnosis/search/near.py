@@ -96,11 +96,11 @@ class Near:
         sets = [self.present, *self.larger, *(one for place in others for one in (place.empty, *place.rivals))]
         return sets, self.weights(*(effects.held_out for effects in sets))
 
-    def variances(self, candidate: Candidate) -> Tensor:
-        """Of an effect's values over the sets that have it ``# (len(slots),)``."""
+    def shifts(self, candidate: Candidate) -> tuple[Tensor, Tensor]:
+        """Of an effect's values in the sets that have it from those in the chosen one ``# (sets, P)``, and weights."""
         sets, weights = self.sets_with(candidate)
-        values = torch.stack([effects.fit.values[candidate.slots] for effects in sets])
-        return weights @ (values - values[0]).square()
+        values = torch.stack([effects.fit.values for effects in sets])
+        return values - values[0], weights
 
     def weights(self, *losses: Tensor) -> Tensor:
         """Weights of sets ``# (sets,)`` by the losses per fold of each ``# (folds,)``."""

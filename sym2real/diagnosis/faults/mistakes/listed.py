@@ -53,6 +53,9 @@ def transformations(data: Dataset, balance: Balance) -> Iterator[Transformation]
     told = {name for of in rates_of(data).values() for name in measured_by(data.layouts.state, of)[1]}
     for sensor in (one for one in data.layouts.state.fields if not told.issuperset(one.columns)):
         yield from (Late(sensor.name, sensor.columns, rows, data.dt) for rows in SHIFTS)
+    # As a satellite receiver's or a camera's, beside an attitude of the robot's own.
+    if position and velocity and len(position) == len(velocity):
+        yield from (Late("place", (*position, *velocity), rows, data.dt) for rows in SHIFTS)
 
 
 def mimics(transformation: Transformation, commands: Sequence[str]) -> Iterator[Transformation]:

@@ -37,7 +37,7 @@ class Estimate:
     determined: bool = True
 
     @property
-    def said(self) -> str:
+    def text(self) -> str:
         """Value and unit, beside an interval."""
         return with_unit(self.value, self.unit) if self.determined else "undetermined"
 
@@ -46,7 +46,7 @@ class Estimate:
         """Value, half the interval and unit for a sentence, to two digits of what is unsure."""
         half = (self.high - self.low) / 2
         if not (self.determined and 0.0 < half < math.inf):
-            return self.said
+            return self.text
         places = max(0, 1 - math.floor(math.log10(half)))
         return f"{self.value:.{places}f} ± {half:.{places}f} {'' if self.unit == '1' else self.unit}".rstrip()
 
@@ -58,12 +58,12 @@ def about(value: float, deviation: float, unit: str) -> Estimate:
 
 def estimates(selection: Selection, candidate: Candidate, fit: Fit, near: Near | None) -> dict[str, Estimate]:
     """Values of a chosen candidate in a fit of all, by parameter; intervals cover the choice of near sets."""
-    found = {}
+    by_parameter = {}
     for slot, value, half in _around(selection, candidate, fit, near):
         known = half < math.inf
         ends = (value - half, value + half) if known else (slot.low, slot.high)
-        found[slot.name] = Estimate(value, *ends, slot.unit, known)
-    return found
+        by_parameter[slot.name] = Estimate(value, *ends, slot.unit, known)
+    return by_parameter
 
 
 def none_within(near: Near, candidate: Candidate) -> bool:
@@ -120,11 +120,11 @@ def attenuated(selection: Selection, candidate: Candidate, fit: Fit) -> bool:
     problem, slots = selection.problems.problem, candidate.slots
     if not problem.library.effects[candidate.name].searching.attenuated:
         return False
-    found, limits, near = estimates(selection, candidate, fit, None), list[float](), False
+    fitted, limits, near = estimates(selection, candidate, fit, None), list[float](), False
     noise, lines = torch.as_tensor(problem.segments.noise).square(), problem.linearised(fit.values[None], [slots])[0]
     missed, *shares = lines.square().unflatten(1, (-1, len(noise))).mean((0, 1)).unbind(-1)  # (C,) each
     for parameter, share in zip((_parameter(selection, index) for index in slots), shares, strict=True):
-        factor, most = found[parameter.name], int((share / noise).argmax())
+        factor, most = fitted[parameter.name], int((share / noise).argmax())
         explained = share[most] * (factor.value / parameter.scale) ** 2
         errors = max(float((missed[most] - noise[most]) / explained), 0.0)
         limits.append(factor.value * (1.0 + errors))

@@ -16,7 +16,7 @@ _OF = {
     "sym2real.report.html.pages": ("write_diagnosis_page",),
     "sym2real.report.notebook": (
         *("log_plot", "adaptation_plot", "comparison_plot", "ladder_plot"),
-        *("comparison_html", "diagnosis_html", "diagnosis_text", "tried_html", "plan_html"),
+        *("comparison_html", "diagnosis_html", "diagnosis_text", "hypothesis_html", "plan_html"),
     ),
 }
 OWNERS = {name: module for module, names in _OF.items() for name in names}

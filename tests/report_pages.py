@@ -14,7 +14,7 @@ from standard_set import Case, simulate_case
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import Diagnosis, Estimate, Finding, Floor
 from sym2real.diagnosis.errors.rungs import Rung, RungError
-from sym2real.diagnosis.predict.competitors import NotTried
+from sym2real.diagnosis.predict.competitors import NotTested
 from sym2real.diagnosis.score.held_out import Gate
 from sym2real.diagnosis.unexplained.leftover import Leftover
 from sym2real.robots import CRAZYFLIE
@@ -75,7 +75,7 @@ def diagnosis() -> Diagnosis:
         gate=Gate(stages[0], stages[-1]),
         seconds=12.0,
         tried=88,
-        not_tried=(NotTried("payload", HOSTILE),),
+        not_tried=(NotTested("payload", HOSTILE),),
         notes=(HOSTILE,),
         misfit=(31.0, 1.04),
     )

@@ -11,7 +11,7 @@ import pytest
 from rich.console import Console
 from standard_set import Case, simulate_case
 
-from sym2real.cli.found import write_diagnosis
+from sym2real.cli.results import write_diagnosis
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import Diagnosis, diagnose
 from sym2real.diagnosis.errors.rungs import Rung, RungError

@@ -13,8 +13,8 @@ from rich.console import Console
 from standard_set import Case, simulate_case
 
 from sym2real.cli import main
-from sym2real.cli.found import write_simulator
 from sym2real.cli.model import logs_for
+from sym2real.cli.results import write_simulator
 from sym2real.data import example_flight
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import add, add_term, compare, diagnose, try_effect

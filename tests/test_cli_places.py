@@ -11,8 +11,8 @@ import pytest
 from cli_results import Refused
 
 from sym2real.cli import VERBS
-from sym2real.cli.found import remove_earlier
 from sym2real.cli.places import LOG_ENDINGS, WRITTEN, kept_apart, places_read
+from sym2real.cli.results import remove_earlier
 from sym2real.data import example_flight
 from sym2real.errors import Sym2RealError
 from sym2real.files import reading, whole, write_text

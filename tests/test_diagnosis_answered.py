@@ -1,4 +1,4 @@
-"""A push that a controller answers is told from a disturbance that depends on what the controller does."""
+"""A disturbance that a controller answers is distinguished from one that depends on what the controller does."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ def first_order(rng: np.random.Generator, memory: float) -> Array:
     return found
 
 
-def answers(pushes: Array, gain: float, lag: float) -> Array:
-    """Mean command of every piece, of a lagging loop that works against the rate that pushes make ``# (PIECES,)``."""
+def answers(disturbances: Array, gain: float, lag: float) -> Array:
+    """Mean command of every piece, of a lagging loop that works against the rate of disturbances ``# (PIECES,)``."""
     rate, command, means = 0.0, 0.0, []
-    for push in pushes:
+    for disturbance in disturbances:
         sent = []
         for _ in range(PARTS):
             command += (-gain * rate - command) / (lag * PARTS)
-            rate += (push + command) / PARTS
+            rate += (disturbance + command) / PARTS
             sent.append(command)
         means.append(np.mean(sent))
     return np.array(means)
@@ -49,11 +49,11 @@ def rest_of(disturbances: Array, commands: Array) -> Rest:
 @pytest.mark.parametrize(
     ("memory", "gain", "lag"), [(0.5, 2.0, 0.3), (0.5, 2.0, 1.0), (0.7, 1.0, 1.0), (0.7, 2.0, 0.3)]
 )
-def test_a_push_that_a_controller_answers_depends_on_nothing(memory: float, gain: float, lag: float) -> None:
+def test_a_disturbance_that_a_controller_answers_depends_on_nothing(memory: float, gain: float, lag: float) -> None:
     rng = np.random.default_rng(1)
-    pushes = np.stack([first_order(rng, memory) for _ in range(LOGS)])
-    rest = rest_of(pushes, np.stack([answers(own, gain, lag) for own in pushes]))
-    assert rest.explained("tz")[0] > SETTINGS.worth_saying  # the command tells of the push all the same
+    disturbances = np.stack([first_order(rng, memory) for _ in range(LOGS)])
+    rest = rest_of(disturbances, np.stack([answers(own, gain, lag) for own in disturbances]))
+    assert rest.explained("tz")[0] > SETTINGS.worth_saying  # the command follows the disturbance all the same
     assert find_leftovers(rest) == ()
 
 

@@ -10,7 +10,7 @@ from sym2real import rotation
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import Diagnosis, Gate, diagnose
 from sym2real.diagnosis.data.segments import cut
-from sym2real.diagnosis.estimate.variances import root_beside_one
+from sym2real.diagnosis.estimate.variances import root_plus_identity
 from sym2real.diagnosis.estimate.whitening import Spread, estimate
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
@@ -66,7 +66,7 @@ def test_the_root_beside_one_exists_however_far_a_base_runs_away(size: float) ->
     draws = torch.randn(60, 300, 12, generator=torch.Generator().manual_seed(0), dtype=torch.float64)
     columns = size * (draws[..., :1] + 1e-9 * draws)
     squares = columns.mT @ columns
-    root = root_beside_one(squares)
+    root = root_plus_identity(squares)
     whole = squares + torch.eye(12, dtype=torch.float64)
     torch.testing.assert_close(root @ root.mT, whole, rtol=1e-9, atol=1e-10 * float(whole.max()))
 

@@ -111,9 +111,9 @@ def test_saturation_and_a_command_that_never_moves_are_named(flights: Dataset) -
         return replace(log, action=action)
 
     report = data_report(Dataset(limited(log) for log in flights))
-    assert report.commands["wx_cmd"].limits_said("wx_cmd")
+    assert report.commands["wx_cmd"].limit_notes("wx_cmd")
     assert report.commands["wz_cmd"].weak
-    assert not report.commands["thrust"].limits_said("thrust")
+    assert not report.commands["thrust"].limit_notes("thrust")
     said = " ".join(report.lines())
     assert "wx_cmd stays at its end" in said
     assert "wz_cmd hardly varies" in said
@@ -142,7 +142,7 @@ def test_a_car_that_stands_is_at_no_limit(flights: Dataset) -> None:
 
 def test_a_command_that_is_sent_every_fifth_row_or_in_steps_is_not_at_its_limit(flights: Dataset) -> None:
     every_fifth = Dataset(replace(log, action=np.repeat(log.action[::5], 5, axis=0)[: len(log)]) for log in flights)
-    assert not any(one.limits_said("") for one in data_report(every_fifth).commands.values())
+    assert not any(one.limit_notes("") for one in data_report(every_fifth).commands.values())
     steps = np.repeat([0.0, 0.8, 0.4, 0.8, 0.0, 0.4], 20)
     assert at_extremes([steps]) == (0.0, 0.0)
     swing = np.clip(np.sin(0.1 * np.arange(1000)), -np.inf, 0.5)

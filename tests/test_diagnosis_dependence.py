@@ -1,4 +1,4 @@
-"""What a push depends on is named though no effect says so; noise, disturbances and trim depend on nothing."""
+"""What a disturbance depends on is named though no effect says so; noise, disturbances and trim depend on nothing."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def test_noise_disturbances_and_trim_depend_on_nothing(robot: str) -> None:
 
 
 @pytest.mark.slow
-def test_a_push_near_the_ground_is_said_to_depend_on_height() -> None:
+def test_a_force_near_the_ground_is_reported_to_depend_on_height() -> None:
     left = found_in("crazyflie", "ground_effect", 0.35)
     assert left is not None
     assert (left.channel, left.explained_by) == ("fz", "height")
@@ -70,13 +70,13 @@ def test_a_command_that_lags_is_said_to_depend_on_what_was_sent_before() -> None
 
 
 @pytest.mark.slow
-def test_a_term_takes_the_push_away_that_was_put_in() -> None:
-    """A wind of 20 mN is a constant push of 20 mN, which takes away what its quadratic model says."""
+def test_a_term_takes_the_force_away_that_was_put_in() -> None:
+    """A wind of 20 mN is a constant force of 20 mN, which takes away what its quadratic model says."""
     selection, spread = without_a_library("crazyflie", "wind", 0.02)
     terms = Terms.of(selection, spread, None)
     (one,) = terms.judged(terms.problems.whitening, [(spread.names.index("fx"), "constant")])
     one, whitening = terms.alone(one)
-    size = float(one.step[one.found] * spread.sizes[one.channel])
+    size = float(one.step[one.preceding] * spread.sizes[one.channel])
     assert size == pytest.approx(0.02, rel=0.1)
     assert one.chance(terms.problems.blocks) < 1e-9
     after = float(whitening.loss(terms.side.after(one.channel, one.name, one.step)[None]).sum())

@@ -14,7 +14,7 @@ from sym2real.diagnosis.errors.rungs import Rung, RungError, horizons_for, ladde
 from sym2real.diagnosis.estimate.whitening import Spread, estimate
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
-from sym2real.diagnosis.unexplained.explaining import disturbed_said
+from sym2real.diagnosis.unexplained.explaining import disturbance_notes
 from sym2real.experiments.standard_conditions import ANGLE_NOISE, POSITION_NOISE
 from sym2real.logs.differences import rates_on_time
 from sym2real.robots import CRAZYFLIE
@@ -100,7 +100,7 @@ def test_no_floor_stands_above_what_was_reached() -> None:
 @pytest.mark.parametrize(("noise", "said"), [(0.03, True), (0.045, False), (None, False)])
 def test_disturbances_that_make_most_of_the_floor_are_said(noise: float | None, said: bool) -> None:
     floor = Floor(0.8, {"position": (0.06, "m")}, {} if noise is None else {"position": noise})
-    lines = disturbed_said([floor])
+    lines = disturbance_notes([floor])
     assert bool(lines) == said
     assert not said or "the position error 2.0 times that of noise alone" in lines[0]
-    assert disturbed_said([]) == ()
+    assert disturbance_notes([]) == ()

@@ -270,8 +270,8 @@ def test_blocks_are_a_second_and_a_half_of_one_log_and_leave_nothing_out() -> No
     assert all(len(block) * segments.length * dt >= 1.5 for block in inside[:-1])
 
 
-def test_asking_for_rivals_changes_no_answer() -> None:
-    """A rival that is better was put in behind the ladder's back, which then named another effect than the findings."""
+def test_asking_for_alternatives_changes_no_answer() -> None:
+    """A better alternative was put in behind the ladder's back, which then named another effect than the findings."""
     base, data = CRAZYFLIE.nominal(), flights_with("wind", {"fx": 0.02, "fy": -0.01})
     library = Library.of(base, [effect(key, base) for key in ("wind", "linear_drag")])
     problem = Problem(library, data)
@@ -313,4 +313,4 @@ def test_a_single_log_is_scored_behind_its_fit() -> None:
 
 
 def test_a_horizon_of_jittering_stamps_is_said_in_three_digits() -> None:
-    assert Fall(0.319992, "position", 0.231).said == "of position after 0.32 s falls by 23 %"
+    assert Fall(0.319992, "position", 0.231).text == "of position after 0.32 s falls by 23 %"

@@ -17,10 +17,10 @@ from sym2real.diagnosis.data.segments import COMPARED, comparing, cut
 from sym2real.diagnosis.estimate import calibrate
 from sym2real.diagnosis.estimate.calibrate import refined
 from sym2real.diagnosis.estimate.fit import Problems
+from sym2real.diagnosis.estimate.preparation import whiten
 from sym2real.diagnosis.estimate.quadratic import Fit, Hypothesis
 from sym2real.diagnosis.estimate.significance import half_widths
 from sym2real.diagnosis.estimate.simulator import flown_along
-from sym2real.diagnosis.estimate.weighing import whiten
 from sym2real.diagnosis.predict.candidate import candidates, library_for
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
@@ -58,7 +58,7 @@ def _fit(base: Equations, data: Dataset, key: str) -> tuple[Problems, Fit, calib
 
 
 @pytest.mark.slow
-def test_a_push_that_the_base_alone_has_is_not_the_robots() -> None:
+def test_a_disturbance_that_the_base_alone_has_is_not_the_robots() -> None:
     right = CRAZYFLIE.nominal()
     wrong = right.substitute({"fx": symbol("fx") + OWN})
     data = simulate_case(Case("crazyflie", (("wind", {"fx": 0.02, "fy": 0.01}),), 3), LOGS, ROWS)
@@ -138,9 +138,9 @@ def test_a_lag_is_known_to_no_less_than_a_sixth_of_a_step_and_its_interval_holds
     assert found.low <= 0.05 <= found.high
 
 
-@pytest.mark.parametrize(("value", "unit", "said"), [(0.00512, "kg", "0.00512 kg"), (1.0, "1", "1"), (0.3, "", "0.3")])
-def test_a_value_is_said_with_its_unit_and_without_the_unit_one(value: float, unit: str, said: str) -> None:
-    assert Estimate(value, value, value, unit).said == said
+@pytest.mark.parametrize(("value", "unit", "text"), [(0.00512, "kg", "0.00512 kg"), (1.0, "1", "1"), (0.3, "", "0.3")])
+def test_a_value_is_said_with_its_unit_and_without_the_unit_one(value: float, unit: str, text: str) -> None:
+    assert Estimate(value, value, value, unit).text == text
 
 
 def _late_bicycle(seed: int, wheelbase: float, late: float) -> Trajectory:

@@ -12,7 +12,7 @@ from noisy_flights import LEFT_OUT, flights_with_all
 from sym2real.cli import main
 from sym2real.diagnosis import add
 from sym2real.diagnosis.adding import try_effect
-from sym2real.diagnosis.score.tried import Tried
+from sym2real.diagnosis.score.hypothesis_test import HypothesisTest
 from sym2real.errors import ModelError
 from sym2real.logs import write_log
 from sym2real.robots import CRAZYFLIE
@@ -23,7 +23,7 @@ HIDDEN = {"linear_drag": {"cx": 0.02, "cy": 0.02, "cz": 0.0}, "com_offset": {"rx
 
 
 @cache
-def tried(*keys: str) -> Tried:
+def tried(*keys: str) -> HypothesisTest:
     return try_effect(BASE, keys, flights_with_all(HIDDEN), exclude=LEFT_OUT)
 
 
@@ -62,7 +62,7 @@ def test_an_effect_that_is_not_there_is_refused_beside_those_that_are() -> None:
     assert {one.effect for one in three.findings} == {"com_offset", "linear_drag", "wind"}
 
 
-def test_rivals_are_tried_in_the_place_of_each() -> None:
+def test_alternatives_are_fitted_in_the_place_of_each() -> None:
     both = tried("com_offset", "linear_drag")
     assert {one.instead_of for one in both.rivals} <= {"com_offset", "linear_drag"}
     assert all(one.gain <= both.beside[one.instead_of] + 0.01 for one in both.rivals)

@@ -1,4 +1,4 @@
-"""A constant push that the library has no name for is left over with its size; the trim of single runs is not."""
+"""A constant disturbance that the library has no name for is left over with its size; trim of single runs is not."""
 
 from __future__ import annotations
 
@@ -124,7 +124,7 @@ def _of(robot: Robot, data: Dataset) -> Constants:
     return Constants.of(problem, spread, whitening, library.null)
 
 
-def test_errors_far_beyond_noise_are_left_over_even_if_no_push_describes_them() -> None:
+def test_errors_far_beyond_noise_are_left_over_even_if_no_disturbance_describes_them() -> None:
     assert find_misfit(1.05) == ()
     (left,) = find_misfit(1.69)
     assert left.statement == "an error 1.30 times that of noise and disturbances"
@@ -133,6 +133,6 @@ def test_errors_far_beyond_noise_are_left_over_even_if_no_push_describes_them() 
 
 def test_of_an_effect_it_is_said_what_unseen_logs_confirm_and_of_a_disturbance_how_much_it_explains() -> None:
     """Nothing else varies an effect: a share of its variance would always be one."""
-    of_effect, pushed = (Leftover("wz", channel, 0.97, "", motion=0.2) for channel in ("lag:steer", "fz"))
+    of_effect, disturbed = (Leftover("wz", channel, 0.97, "", motion=0.2) for channel in ("lag:steer", "fz"))
     assert of_effect.measure == "confirmed to 97 %"
-    assert pushed.measure == "R² 0.97"
+    assert disturbed.measure == "R² 0.97"

@@ -13,7 +13,7 @@ from noisy_flights import flights
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import compare, data_report, diagnose, plan, try_effect
 from sym2real.diagnosis.data.segments import cut
-from sym2real.diagnosis.errors.rungs import cut_said
+from sym2real.diagnosis.errors.rungs import cut_notes
 from sym2real.diagnosis.question import Question, check_data
 from sym2real.errors import ShapeError
 from sym2real.robots import CRAZYFLIE
@@ -60,10 +60,10 @@ def test_a_frozen_log_is_said_to_be_frozen() -> None:
 
 
 def test_a_ladder_that_the_logs_cut_says_so() -> None:
-    assert cut_said((0.1, 0.5, 2.0), 100.0) == (
+    assert cut_notes((0.1, 0.5, 2.0), 100.0) == (
         "no held-out log is long enough for a horizon of 100 s: the ladder ends at 2 s",
     )
-    assert cut_said((0.1, 0.5, 2.0), 2.0) == cut_said((0.1,), None) == ()
+    assert cut_notes((0.1, 0.5, 2.0), 2.0) == cut_notes((0.1,), None) == ()
     for horizon in (0.001, 0.0, -1.0, math.inf, math.nan):
         with pytest.raises(ShapeError, match="at least one time step"):
             diagnose(BASE, flights(), horizon=horizon)

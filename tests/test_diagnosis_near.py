@@ -1,4 +1,4 @@
-"""What effects weigh against none and others in their place, and which of them predictions need."""
+"""Weights of effects against none and others in their place, and which of them predictions need."""
 
 from __future__ import annotations
 
@@ -171,7 +171,7 @@ def test_once_others_have_gone_what_costs_less_takes_the_place_of_what_the_logs_
     begins_late = replace(other, needs_start=True, starts=(0.002,))  # as what acts from a threshold on
     beside = Selection(linear.problems, (drag, begins_late), linear.origin)
     beside.put([drag], linear.fit)
-    assert [rival.candidate for rival in Near.of(beside).places[0].rivals] == [begins_late]
+    assert [other.candidate for other in Near.of(beside).places[0].alternatives] == [begins_late]
     assert refuted(Near.of(beside), gone=()) is None
 
 
@@ -210,8 +210,8 @@ def test_what_joins_late_is_established_by_whole_logs(added: float, late: str, b
     flights = flights_with_all({"wind": WIND, "added_mass": {"value": added}}, count=8)
     selection = chosen(("wind", late), "wind", flights=flights)
     problem = selection.problems.problem
-    rivals = [one for one in selection.candidates if one.name == late]
-    (larger,) = selection.ranked(selection.present, rivals)
+    alternatives = [one for one in selection.candidates if one.name == late]
+    (larger,) = selection.ranked(selection.present, alternatives)
     assert Predicted(selection, problem.library, problem.data).bears_out(larger) is borne_out
 
 
@@ -272,11 +272,11 @@ def test_what_shares_a_number_or_cannot_stand_beside_what_is_chosen_is_not_open(
 def test_in_an_effects_place_stands_another_that_is_not_at_its_bound() -> None:
     selection = chosen(("wind", "linear_drag"), "wind")
     (place,) = Near.of(selection).places
-    assert [rival.candidate.name for rival in place.rivals] == ["linear_drag"]
-    least = 0.1 * float(place.rivals[0].fit.values[selection.candidates[1].slots].abs().max())
+    assert [other.candidate.name for other in place.alternatives] == ["linear_drag"]
+    least = 0.1 * float(place.alternatives[0].fit.values[selection.candidates[1].slots].abs().max())
     narrow = narrowed(selection, "linear_drag", least)
     narrow.put(selection.chosen, selection.fit)
-    assert Near.of(narrow).places[0].rivals == []
+    assert Near.of(narrow).places[0].alternatives == []
 
 
 def test_an_effect_that_is_larger_than_what_is_likely_is_told() -> None:

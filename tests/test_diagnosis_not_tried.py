@@ -15,13 +15,13 @@ from test_effects_groups import ROWS, drive
 from sym2real.cli import main
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.predict.candidate import candidates, library_for
-from sym2real.diagnosis.predict.competitors import EXCLUDED, NotTried, competing
+from sym2real.diagnosis.predict.competitors import EXCLUDED, NotTested, competing
 from sym2real.effects.catalogue import known
 from sym2real.effects.searching import ALONE
 from sym2real.layout import Layout, Layouts
 from sym2real.logs import write_log
 from sym2real.regression import ENGINES
-from sym2real.report.not_tried import not_tried_said
+from sym2real.report.not_tested import lines_by_reason
 from sym2real.robots import CRAZYFLIE, MUSHR, Motors, quadrotor
 from sym2real.symbolic import Equations, load_model
 from sym2real.trajectory import Trajectory
@@ -113,8 +113,8 @@ def without_inputs(equations: Equations) -> Layouts:
 
 
 def test_a_line_holds_all_effects_of_a_reason() -> None:
-    alike = [NotTried(f"lag:motor{i}", "a") for i in (1, 2)] + [NotTried("wind", "b"), NotTried("payload", "a")]
-    assert list(not_tried_said(alike)) == ["lag:{motor1,motor2}, payload: a", "wind: b"]
+    alike = [NotTested(f"lag:motor{i}", "a") for i in (1, 2)] + [NotTested("wind", "b"), NotTested("payload", "a")]
+    assert list(lines_by_reason(alike)) == ["lag:{motor1,motor2}, payload: a", "wind: b"]
 
 
 @pytest.mark.slow

@@ -19,9 +19,9 @@ from sym2real.diagnosis.estimate import full_model
 from sym2real.diagnosis.estimate.calibrate import refined
 from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.full_model import improved, lower_factor
+from sym2real.diagnosis.estimate.preparation import whiten
 from sym2real.diagnosis.estimate.quadratic import Hypothesis
 from sym2real.diagnosis.estimate.simulator import flown_along
-from sym2real.diagnosis.estimate.weighing import whiten
 from sym2real.diagnosis.estimate.whitening import Spread
 from sym2real.diagnosis.predict.candidate import candidates, library_for
 from sym2real.diagnosis.predict.library import Library

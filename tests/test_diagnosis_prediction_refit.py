@@ -11,7 +11,7 @@ import pytest
 from noisy_flights import LEFT_OUT, flights
 from rich.console import Console
 
-from sym2real.cli.found import write_diagnosis
+from sym2real.cli.results import write_diagnosis
 from sym2real.dataset import Dataset, Logs
 from sym2real.diagnosis import Diagnosis, add, compare, diagnose
 from sym2real.diagnosis.data.windows import channel_errors, predict_windows

@@ -100,4 +100,4 @@ def test_nothing_that_comes_before_the_search_depends_on_the_order_of_the_logs()
 def selection_of(case: Case) -> Selection:
     question = Question(MUSHR.nominal(), simulate_case(case, 4, 240), MujocoPlant(MUSHR))
     prepared = prepare(question, Stages(lambda _: None))
-    return Selection(prepared.problems, prepared.tried, prepared.origin)
+    return Selection(prepared.problems, prepared.candidates, prepared.origin)

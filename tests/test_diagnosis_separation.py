@@ -12,8 +12,8 @@ from standard_set import Case, simulate_case
 
 from sym2real.control import geometric_controller
 from sym2real.diagnosis import Estimate, Finding
-from sym2real.diagnosis.design.separation import UNTRIED, untried_said, with_advice
-from sym2real.diagnosis.estimate.weighing import whiten
+from sym2real.diagnosis.design.separation import UNTESTED, untested_notes, with_advice
+from sym2real.diagnosis.estimate.preparation import whiten
 from sym2real.diagnosis.estimate.whitening import Whitening
 from sym2real.diagnosis.predict.candidate import candidates
 from sym2real.diagnosis.predict.library import Library
@@ -34,10 +34,10 @@ def whitening(robot: Robot) -> Whitening:
     return whiten(Problem(library, data), candidates(library, data)).whitening
 
 
-def advice(robot: Robot, key: str, values: dict[str, float], *rivals: str, plant: bool = True) -> str:
+def advice(robot: Robot, key: str, values: dict[str, float], *others: str, plant: bool = True) -> str:
     parameters = {name: Estimate(value, value, value, "") for name, value in values.items()}
     shown = effect(key, robot.nominal()).shown_by
-    found = Finding(key, parameters, 1.0, group=(key, *rivals), separate_by=shown)
+    found = Finding(key, parameters, 1.0, group=(key, *others), separate_by=shown)
     (said,) = with_advice([found], robot.nominal(), whitening(robot), MujocoPlant(robot) if plant else None)
     return said.separate_by
 
@@ -79,24 +79,24 @@ def test_a_torque_and_a_centre_of_mass_stay_one_and_it_is_said() -> None:
     assert "no motion tells it from offset:wx_cmd" in said
 
 
-def test_what_nothing_parts_is_not_tried() -> None:
+def test_what_nothing_parts_is_not_simulated() -> None:
     said = advice(CRAZYFLIE, "added_mass", {"value": 0.003}, "gain:thrust")
     assert said == "no motion tells it from gain:thrust, but scales do: weigh the robot"
 
 
-def test_without_a_simulator_it_is_said_once_that_advice_was_not_tried() -> None:
+def test_without_a_simulator_one_note_says_that_advice_was_not_simulated() -> None:
     base = CRAZYFLIE.nominal()
     assert advice(CRAZYFLIE, "wind", {"fx": 0.01}, "mounting_tilt", plant=False) == effect("wind", base).shown_by
-    found = [Finding("wind", {}, 1.0, group=("wind", *rivals)) for rivals in (("mounting_tilt",), ("mounting_tilt",))]
-    assert untried_said(found, base, None) == (UNTRIED,)
-    assert untried_said(found, base, MujocoPlant(CRAZYFLIE)) == ()
-    assert untried_said([Finding("wind", {}, 1.0, group=("wind",))], base, None) == ()
+    found = [Finding("wind", {}, 1.0, group=("wind", *others)) for others in (("mounting_tilt",), ("mounting_tilt",))]
+    assert untested_notes(found, base, None) == (UNTESTED,)
+    assert untested_notes(found, base, MujocoPlant(CRAZYFLIE)) == ()
+    assert untested_notes([Finding("wind", {}, 1.0, group=("wind",))], base, None) == ()
 
 
-@pytest.mark.parametrize("rivals", [(), ("wind",)])
-def test_a_finding_of_its_own_needs_no_advice(rivals: tuple[str, ...]) -> None:
+@pytest.mark.parametrize("others", [(), ("wind",)])
+def test_a_finding_of_its_own_needs_no_advice(others: tuple[str, ...]) -> None:
     alone = Finding("linear_drag", {"cx": Estimate(0.01, 0.01, 0.01, "")}, 1.0, group=("linear_drag",))
-    other = Finding("mounting_tilt", {"roll": Estimate(0.02, 0.02, 0.02, "")}, 1.0, group=("mounting_tilt", *rivals))
+    other = Finding("mounting_tilt", {"roll": Estimate(0.02, 0.02, 0.02, "")}, 1.0, group=("mounting_tilt", *others))
     said = with_advice([alone, other], CRAZYFLIE.nominal(), whitening(CRAZYFLIE), MujocoPlant(CRAZYFLIE))
     assert said[0].separate_by == ""
-    assert bool(said[1].separate_by) is bool(rivals)
+    assert bool(said[1].separate_by) is bool(others)

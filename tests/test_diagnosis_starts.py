@@ -12,7 +12,7 @@ import torch
 from sym2real.control import geometric_controller
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import diagnose
-from sym2real.diagnosis.estimate.weighing import whiten
+from sym2real.diagnosis.estimate.preparation import whiten
 from sym2real.diagnosis.predict.candidate import candidates
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem

@@ -14,8 +14,8 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis import diagnose, plan
 from sym2real.diagnosis.estimate import swing
 from sym2real.diagnosis.estimate.fit import Problems
+from sym2real.diagnosis.estimate.preparation import whiten
 from sym2real.diagnosis.estimate.swing import Swing, find_swing
-from sym2real.diagnosis.estimate.weighing import whiten
 from sym2real.diagnosis.predict.candidate import candidates, library_for
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.settings import SETTINGS
@@ -140,7 +140,7 @@ def test_a_swing_is_found_from_about_the_size_on_that_a_plan_announces() -> None
     assert large.omega == pytest.approx(11.0, rel=0.02)
 
 
-def test_frequencies_are_tried_alike_however_many_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_frequencies_are_searched_alike_however_many_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
     data = flights_with("periodic_force", FORCE, steps=400)
     found = []
     for count in (7, 10_000):

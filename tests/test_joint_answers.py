@@ -48,7 +48,7 @@ def test_a_printed_diagnosis_has_values_with_intervals_and_what_it_cannot_tell(f
     text, (finding,) = str(found), found.findings
     assert found.summary.split(";")[0] in text
     estimate = finding.parameters["value"]
-    assert f"value = {estimate.said}  95 % {estimate.low:.3g} … {estimate.high:.3g}" in text
+    assert f"value = {estimate.text}  95 % {estimate.low:.3g} … {estimate.high:.3g}" in text
     assert finding.fix in " ".join(text.split())
     assert "not tested: " in text
     told = {entry.reason for entry in found.not_tried} - {SETTLED}

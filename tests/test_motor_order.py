@@ -9,7 +9,7 @@ from motor_flights import MIXER, equations, motor_flights, reordered
 
 from sym2real.data import example_flight
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.faults.motor_columns import order_of_motors, spin_said, turned_the_other_way
+from sym2real.diagnosis.faults.motor_columns import order_of_motors, spin_text, turned_the_other_way
 from sym2real.diagnosis.faults.sanity import check
 from sym2real.logs import read_logs
 from sym2real.logs.motor_order import ORDERS, Turning, motor_order
@@ -133,7 +133,7 @@ def test_rotors_that_stand_at_first_are_told_how_they_turn() -> None:
     log = motor_flights(names=("hover",), seconds=0.2)[0]
     speeds = np.full((len(log), 4), 1600.0)
     speeds[:3] = 0.0
-    assert "--spin -1 1 -1 1" in spin_said(model, Dataset([replace(log, action=speeds)]))[1]
+    assert "--spin -1 1 -1 1" in spin_text(model, Dataset([replace(log, action=speeds)]))[1]
 
 
 def test_rotors_that_would_have_to_pull_are_not_turned() -> None:

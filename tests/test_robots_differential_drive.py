@@ -13,7 +13,7 @@ import whole_way
 from sym2real.cli import main
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import diagnose
-from sym2real.diagnosis.estimate.weighing import CONTRADICTED
+from sym2real.diagnosis.estimate.preparation import CONTRADICTED
 from sym2real.effects import effect
 from sym2real.errors import ModelError
 from sym2real.experiments.noisy_runs import Effects, noisy_runs

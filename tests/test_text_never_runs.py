@@ -24,7 +24,7 @@ from rich.console import Console
 from sym2real.adaptation.episode_report import EpisodeReport
 from sym2real.adaptation.record import Record
 from sym2real.cli import main
-from sym2real.cli.found import remove_earlier, write_diagnosis
+from sym2real.cli.results import remove_earlier, write_diagnosis
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import Diagnosis, add_term
 from sym2real.effects import noted

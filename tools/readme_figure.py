@@ -16,7 +16,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from sym2real import Dataset, Equations, Trajectory, diagnose, example_flight, read_log, try_effect
-from sym2real.diagnosis import Tried
+from sym2real.diagnosis import HypothesisTest
 from sym2real.diagnosis.data.windows import JUDGED_AT
 from sym2real.experiments.thrust_of_log import thrust_of_log
 from sym2real.logs import load_spec
@@ -62,7 +62,7 @@ def draw_path(axis: Axes, log: Trajectory, models: dict[str, Equations]) -> None
     axis.set_title(f"a real Crazyflie, predicted {JUDGED_AT:g} s ahead", fontsize=9)
 
 
-def draw_errors(axis: Axes, found: Tried) -> None:
+def draw_errors(axis: Axes, found: HypothesisTest) -> None:
     """Position error over the horizon on what was held out, with 95 % bands, and the noise floor."""
     for stage, colour in zip((found.ladder[0], found.ladder[-1]), (PREDICTED, INFORMED), strict=True):
         horizons = sorted(stage.horizons)

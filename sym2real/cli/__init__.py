@@ -90,8 +90,8 @@ TRACEBACK = "SYM2REAL_TRACEBACK"  # set to 1, errors that nobody foresaw come as
 
 def verbs(*, in_short: bool = False) -> Any:
     """The union of the verbs; in short each says its first paragraph alone."""
-    said = {name: " ".join((kind.__doc__ or "").partition("\n\n")[0].split()) for name, kind in VERBS.items()}
-    known = (said | OF_SEVERAL) if in_short else OF_SEVERAL
+    summaries = {name: " ".join((kind.__doc__ or "").partition("\n\n")[0].split()) for name, kind in VERBS.items()}
+    known = (summaries | OF_SEVERAL) if in_short else OF_SEVERAL
     kinds = (Annotated[kind, tyro.conf.subcommand(name, description=known.get(name))] for name, kind in VERBS.items())
     return reduce(or_, kinds)
 

@@ -82,12 +82,12 @@ class AdaptVerb(ABC):
         self._inform(model, lambda _: None)
         most = self.rounds + 1
         if chosen.task is None or chosen.robot is None:
-            said = f"{min(most, len(chosen.target))} of {len(chosen.target)} logs"  # type: ignore[arg-type]
+            amount = f"{min(most, len(chosen.target))} of {len(chosen.target)} logs"  # type: ignore[arg-type]
         else:
             seconds = self.seconds or chosen.task.duration
-            said = f"{most} episodes of {seconds:g} s of {chosen.task.name} by a {chosen.robot.title}"
-        console.print(f"at most {said}; nothing was flown, learned or written", markup=False)
-        return {"dry_run": f"at most {said}"}
+            amount = f"{most} episodes of {seconds:g} s of {chosen.task.name} by a {chosen.robot.title}"
+        console.print(f"at most {amount}; nothing was flown, learned or written", markup=False)
+        return {"dry_run": f"at most {amount}"}
 
     def _adapted(self, model: Model, chosen: Chosen, console: Console) -> dict[str, Any]:
         from sym2real.adaptation import adapt
@@ -111,7 +111,7 @@ class AdaptVerb(ABC):
         return result
 
     def _asked(self, model: Model, chosen: Chosen) -> Asked:
-        """What a run is told from another by."""
+        """What distinguishes a run from another."""
         from sym2real.adaptation import Adapting
         from sym2real.experiments.learners import make_learner
 
@@ -131,7 +131,7 @@ class AdaptVerb(ABC):
 
     def _inform(self, model: Model, on_progress: OnProgress) -> Inform | None:
         from sym2real.adaptation import Progress
-        from sym2real.cli.found import plain_simulator
+        from sym2real.cli.results import plain_simulator
         from sym2real.experiments.informing import informing
         from sym2real.neural.model_folder import below
         from sym2real.symbolic import Equations

@@ -83,7 +83,7 @@ def _recordings(base: Base, folder: Path, spec: LogSpec | None) -> Chosen:
     """Logs in the order of their names, one a round."""
     if not isinstance(base, Equations):
         raise ModelError(f"logs have the time step of equations; expected a model of some for {folder}, found networks")
-    found = logs_of(folder, spec)
+    log_files = logs_of(folder, spec)
     logs_for(base, [folder], spec)  # no log may be there twice
-    logs = tuple(logs_for(base, files, spec, upsample=True) for files in found)
+    logs = tuple(logs_for(base, files, spec, upsample=True) for files in log_files)
     return Chosen(logs, None, robot_of(base))

@@ -14,7 +14,7 @@ from sym2real.cli.positionals import EffectTexts, JsonFile, ModelPlace
 from sym2real.errors import ModelError
 
 if TYPE_CHECKING:
-    from sym2real.diagnosis import Tried
+    from sym2real.diagnosis import HypothesisTest
     from sym2real.effects import Effect
     from sym2real.symbolic import Equations
 
@@ -54,8 +54,8 @@ class Add(OfFit):
 
     def run(self, console: Console) -> dict[str, Any]:
         """Fit if asked to, compose, print, write."""
-        from sym2real.cli.found import write_simulator
         from sym2real.cli.model import equations_below, require_another_folder
+        from sym2real.cli.results import write_simulator
         from sym2real.diagnosis import add, add_term
         from sym2real.effects.catalogue import require_patterns
         from sym2real.effects.known_effects import TERM
@@ -67,9 +67,9 @@ class Add(OfFit):
         effects, terms = self._wanted(base)
         result: dict[str, Any] = {}
         if self.fit:
-            tried = self._fitted(base, effects, console)
-            chosen, result = [(found.effect, found.values) for found in tried.findings], tried.to_dict()
-            for finding in tried.findings:
+            test = self._fitted(base, effects, console)
+            chosen, result = [(finding.effect, finding.values) for finding in test.findings], test.to_dict()
+            for finding in test.findings:
                 base = finding.bound(base)
         else:
             chosen = self._given(effects, console)
@@ -110,20 +110,20 @@ class Add(OfFit):
         warn_of_values(effects, console)
         return [(put_in.key, values) for put_in, values in effects]
 
-    def _fitted(self, base: Equations, effects: Chosen, console: Console) -> Tried:
-        from sym2real.cli.found import plain_simulator
+    def _fitted(self, base: Equations, effects: Chosen, console: Console) -> HypothesisTest:
         from sym2real.cli.progress import stages_progress
+        from sym2real.cli.results import plain_simulator
         from sym2real.diagnosis import try_effect
-        from sym2real.report.diagnosis import tried_report
+        from sym2real.report.diagnosis import hypothesis_report
 
         if not effects or any(values for _, values in effects):
             raise ModelError("--fit finds the values of effects: expected their names alone")
-        data, told = self.read(base, self.fit)
+        data, options = self.read(base, self.fit)
         keys, simulator = [put_in.key for put_in, _ in effects], plain_simulator(base)
         with stages_progress() as on_progress:
-            tried = try_effect(base, keys, data, simulator, **told, on_progress=on_progress)
-        console.print(tried_report(tried))
-        return tried
+            test = try_effect(base, keys, data, simulator, **options, on_progress=on_progress)
+        console.print(hypothesis_report(test))
+        return test
 
 
 def _changed(base: Equations, changed: Equations) -> list[str]:

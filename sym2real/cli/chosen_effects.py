@@ -62,8 +62,8 @@ def warn_of_values(chosen: Sequence[tuple[Effect, Mapping[str, float]]], console
         for parameter in effect.parameters:
             value = values.get(parameter.name, math.nan)
             if value in parameter.domain and not parameter.low <= value <= parameter.high:
-                said = f"{effect.key} {parameter.name}={value:g} is outside what is likely here"
-                console.print(f"warning: {said}: {_unit_and_bounds(parameter)}", markup=False)
+                text = f"{effect.key} {parameter.name}={value:g} is outside what is likely here"
+                console.print(f"warning: {text}: {_unit_and_bounds(parameter)}", markup=False)
 
 
 def _unit_and_bounds(parameter: Parameter) -> str:

@@ -40,10 +40,10 @@ class Diagnose(OfFit):
 
     def run(self, console: Console) -> dict[str, Any]:
         """Diagnose, print the report, write the files."""
-        from sym2real.cli.found import plain_simulator, write_diagnosis
         from sym2real.cli.model import equations_below, folder_of, require_another_folder
         from sym2real.cli.output import title_of, write_report
         from sym2real.cli.progress import stages_progress
+        from sym2real.cli.results import plain_simulator, write_diagnosis
         from sym2real.diagnosis import data_report, diagnose
         from sym2real.effects.catalogue import require_patterns
         from sym2real.report.diagnosis import diagnosis_report, term_command
@@ -54,7 +54,7 @@ class Diagnose(OfFit):
         if self.out:
             require_another_folder(self.model, self.out / "model")
         base, about_model = equations_below(self.model, console)
-        data, told = self.read(base, self.logs)
+        data, options = self.read(base, self.logs)
         about_data = data_report(data, base).remarks
         for line in about_data:
             console.print(f"data: {line}", style="dim", markup=False)
@@ -63,7 +63,7 @@ class Diagnose(OfFit):
                 base,
                 data,
                 plain_simulator(base),
-                **told,
+                **options,
                 region=training_region(folder_of(self.model)),
                 on_progress=on_progress,
                 finish_on_interrupt=True,

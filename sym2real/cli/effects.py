@@ -59,10 +59,10 @@ class Effects:
             raise ModelError(f"{self.robot} has no effect {self.name}")
         chosen = effect(key, robot or usual)
         console.print(effect_page(chosen))
-        said = ("formula", "summary", "confused_with", "shown_by", "fix")
+        texts = ("formula", "summary", "confused_with", "shown_by", "fix")
         return {
             "name": chosen.key,
-            **{name: getattr(chosen.of, name) for name in said},
+            **{name: getattr(chosen.of, name) for name in texts},
             "parameters": chosen.parameters,
             "group": list(chosen.group),
         }

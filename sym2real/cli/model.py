@@ -104,10 +104,10 @@ def logs_for(
         DataError: for a file that cannot be read as such, in which no stretch is long enough to predict anything, or
             that is given twice.
     """
-    found = logs_of(paths, spec)
-    _require_different([*(logs_of(apart_from, spec) if apart_from else []), *found])
+    log_files = logs_of(paths, spec)
+    _require_different([*(logs_of(apart_from, spec) if apart_from else []), *log_files])
     layouts, logs = replace(base.layouts, state=state_of(base)), list[Trajectory]()
-    for files, pieces in zip(found, read_each(found, spec, layouts, base.dt, upsample=upsample), strict=True):
+    for files, pieces in zip(log_files, read_each(log_files, spec, layouts, base.dt, upsample=upsample), strict=True):
         longest = max(len(piece) for piece in pieces)
         if longest <= ROWS:
             lost = dict.fromkeys(note for piece in pieces for note in piece.notes if is_unasked(note))

@@ -121,13 +121,13 @@ class NominalQuadrotor(OfLogs):
             return Motors(thrust=self.motor_thrust, unit=self.motor_unit or "command", **self._rotors), dt
         if self.fit_thrust is None:
             return None, dt
-        found = thrust_of_log(self.fit_thrust, naming, asked, self.motor_unit)
-        thrust = found.per_mass * (1.0 if self.mass is None else self.mass)
-        what, unit = ("squared speed", "N s²/rad²") if found.unit == "rad/s" else ("unit of command", "N")
-        for note in found.notes:
+        fit = thrust_of_log(self.fit_thrust, naming, asked, self.motor_unit)
+        thrust = fit.per_mass * (1.0 if self.mass is None else self.mass)
+        what, unit = ("squared speed", "N s²/rad²") if fit.unit == "rad/s" else ("unit of command", "N")
+        for note in fit.notes:
             console.print(f"{self.fit_thrust.name}: {note}", markup=False)
         console.print(f"thrust per {what}, fitted on the first two seconds: {thrust:.4g} {unit}", markup=False)
-        return Motors(thrust=thrust, unit=found.unit, **self._rotors), found.dt
+        return Motors(thrust=thrust, unit=fit.unit, **self._rotors), fit.dt
 
 
 @dataclass(frozen=True)

@@ -54,9 +54,9 @@ def nominal_line(inspection: Inspection, spec: Path | None) -> NominalLine:
     columns = {*of_log.columns} | ({"attitude"} if of_log.attitude.sources else set())
     if DRIVEN & columns or STEERING in {row.meaning for row in inspection.rows}:
         kind, options, remarks = "car", ["--wheelbase", "METRES"], [AXLES]
-        told = ACCELERATION_COLUMN if ACCELERATION_COLUMN in columns else SPEED_COLUMN
-        options += ["--command", told] if told == ACCELERATION_COLUMN else []
-        needed = {*POSITION.columns[:2], STEER_COLUMN, told} | (set() if HEADED & columns else {"yaw, its heading"})
+        command = ACCELERATION_COLUMN if ACCELERATION_COLUMN in columns else SPEED_COLUMN
+        options += ["--command", command] if command == ACCELERATION_COLUMN else []
+        needed = {*POSITION.columns[:2], STEER_COLUMN, command} | (set() if HEADED & columns else {"yaw, its heading"})
     else:
         kind, (options, remarks) = "quadrotor", _interface(inspection, columns)
         needed = {*POSITION.columns, "attitude"} | (set() if options else {"thrust, or four motors"})
@@ -75,14 +75,14 @@ def _interface(inspection: Inspection, columns: Collection[str]) -> tuple[list[s
     """Options that say what the actions are, and remarks on them; no options where there are no actions."""
     spec = inspection.spec
     if {*columns} >= THRUST_AND_RATES:
-        return ["--interface", "thrust_rates", *_mass(spec)], _weighed(spec)
+        return ["--interface", "thrust_rates", *_mass(spec)], _mass_remark(spec)
     if THRUST_COLUMN in columns and spec.attitude_command.sources:
-        return ["--interface", "thrust_attitude", *_mass(spec)], _weighed(spec)
+        return ["--interface", "thrust_attitude", *_mass(spec)], _mass_remark(spec)
     if {*columns} >= {*MOTORS}:
         unit, remarks = _motor_unit(inspection)
         return ["--interface", "motors", "--attitude", "measured", "--motor-unit", unit], remarks
     if THRUST_COLUMN in columns:
-        return ["--interface", "thrust_rates", "--attitude", "measured", *_mass(spec)], _weighed(spec)
+        return ["--interface", "thrust_rates", "--attitude", "measured", *_mass(spec)], _mass_remark(spec)
     return [], []
 
 
@@ -94,7 +94,7 @@ def _mass(spec: LogSpec) -> list[str]:
     return [] if _per_mass(spec) else ["--mass", "KILOGRAMS"]
 
 
-def _weighed(spec: LogSpec) -> list[str]:
+def _mass_remark(spec: LogSpec) -> list[str]:
     return [] if _per_mass(spec) else ["KILOGRAMS is what the robot weighs, with battery and markers"]
 
 

@@ -71,8 +71,8 @@ class NominalMjcf(OfLogs):
                 "note: the file needs others beside it (a field of heights), so no simulator goes with the model"
             )
         if named := named_in(self.file):
-            told = ", ".join(f"{old} → {new}" for old, new in named.items())
-            console.print(f"names by which columns and --actions go: {told}", markup=False)
+            renamed = ", ".join(f"{old} → {new}" for old, new in named.items())
+            console.print(f"names by which columns and --actions go: {renamed}", markup=False)
         console.print(f"what it may lack: sym2real effects --robot {self.out}", markup=False)
         return {**result, "dt": robot.dt, "columns": {**robot.layouts.state.units, **robot.layouts.action.units}}
 

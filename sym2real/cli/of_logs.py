@@ -1,4 +1,4 @@
-"""The options by which every verb that reads logs is told how their columns are named."""
+"""The options that give every verb that reads logs the names of their columns."""
 
 from __future__ import annotations
 
@@ -58,10 +58,10 @@ class OfFit(OfLogs):
     """Before a fit, calibrate the base in the robot's plain simulator."""
 
     def read(self, base: Equations, logs: Sequence[Path]) -> tuple[Dataset, dict[str, Any]]:
-        """The logs, and what ``diagnose`` and ``try_effect`` are told beside them; errors of the reader."""
+        """The logs, and the other arguments of ``diagnose`` and ``try_effect``; errors of the reader."""
         from sym2real.cli.model import logs_for
 
         data = logs_for(base, logs, self.naming)
         held_out = logs_for(base, self.held_out, self.naming, apart_from=logs) if self.held_out else None
-        told = {"held_out": held_out, "exclude": self.exclude, "horizon": self.horizon, "calibrate": self.calibrate}
-        return data, told
+        options = {"held_out": held_out, "exclude": self.exclude, "horizon": self.horizon, "calibrate": self.calibrate}
+        return data, options

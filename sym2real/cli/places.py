@@ -41,14 +41,14 @@ def kept_apart(verb: Any) -> Iterator[None]:
 def places_read(verb: Any) -> dict[str, list[Path]]:
     """The files and folders that a verb is given to read, by the name of the field that names them."""
     hints = get_type_hints(type(verb), include_extras=True)
-    found: dict[str, list[Path]] = {}
+    places: dict[str, list[Path]] = {}
     for name in (
         field.name for field in fields(verb) if field.name not in WRITTEN and _names_places(hints[field.name])
     ):
         value = getattr(verb, name)
         given = value if isinstance(value, tuple) else (value,)
-        found[name] = [Path(entry) for entry in given if entry is not None and there(Path(entry))]
-    return found
+        places[name] = [Path(entry) for entry in given if entry is not None and there(Path(entry))]
+    return places
 
 
 def _names_places(hint: Any) -> bool:

@@ -78,10 +78,10 @@ class PlanFlight(OfLogs):
                 on_progress("flying in the plain simulator")
                 runs, noise = self._simulated(robot)
             on_progress("computing the Fisher information of every effect")
-            found = plan(equations, runs, noise, self.exclude)
-        found = replace(found, notes=(*notes, *found.notes))
-        console.print(plan_report(found))
-        return found.to_dict()
+            planned = plan(equations, runs, noise, self.exclude)
+        planned = replace(planned, notes=(*notes, *planned.notes))
+        console.print(plan_report(planned))
+        return planned.to_dict()
 
     def _simulated(self, robot: Robot) -> tuple[Dataset, AssumedNoise | None]:
         """Runs of a robot, and the noise that they lack."""

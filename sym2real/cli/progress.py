@@ -35,7 +35,7 @@ def stage_one_progress() -> Iterator[Callable[[adaptation.Progress], None]]:
 
 @contextmanager
 def stages_progress() -> Iterator[Callable[[str], None]]:
-    """A callback that is told what is being done, with the time that has passed."""
+    """A callback for what is being done, with the time that has passed."""
     with _bar() as bar:
         task = bar.add_task("starting", total=None)
         yield (lambda what: bar.update(task, description=what)) if progress_console().is_terminal else _lines()

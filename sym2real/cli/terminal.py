@@ -109,7 +109,7 @@ def ending_in_words(interrupted: str) -> Iterator[None]:
     """Around a program: it ends with one line and a status of 2 on bad input, of 130 on Ctrl-C.
 
     Args:
-        interrupted: what is said of Ctrl-C.
+        interrupted: the text for Ctrl-C.
     """
     try:
         try:
@@ -118,7 +118,7 @@ def ending_in_words(interrupted: str) -> Iterator[None]:
             stop(f"error: {error}", 2)
         except OSError as error:
             stop(f"error: {DataError(error.filename or 'a file', 'one that can be used', reason(error))}", 2)
-    except KeyboardInterrupt:  # also while an error is told
+    except KeyboardInterrupt:  # also while an error is printed
         stop(interrupted, 130)
 
 

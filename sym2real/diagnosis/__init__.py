@@ -22,7 +22,7 @@ from sym2real.diagnosis.pipeline import diagnose as diagnose
 from sym2real.diagnosis.score.finding import Finding as Finding
 from sym2real.diagnosis.score.held_out import Fall as Fall
 from sym2real.diagnosis.score.held_out import Gate as Gate
-from sym2real.diagnosis.score.tried import Tried as Tried
+from sym2real.diagnosis.score.hypothesis_test import HypothesisTest as HypothesisTest
 from sym2real.diagnosis.search.intervals import Estimate as Estimate
 from sym2real.diagnosis.unexplained.term import Term as Term
 from sym2real.effects.written_term import add_term as add_term

@@ -17,16 +17,16 @@ from typing import Any
 from sym2real.dataset import Dataset, Logs
 from sym2real.diagnosis.design.separation import with_advice
 from sym2real.diagnosis.errors.floor import floor_of_explained, no_higher_than_reached
-from sym2real.diagnosis.errors.rungs import cut_said
+from sym2real.diagnosis.errors.rungs import cut_notes
 from sym2real.diagnosis.estimate.calibrate import Calibration
+from sym2real.diagnosis.estimate.preparation import Prepared
 from sym2real.diagnosis.estimate.significance import least_gain
-from sym2real.diagnosis.estimate.weighing import Prepared
 from sym2real.diagnosis.pipeline import prepare
 from sym2real.diagnosis.predict.candidate import Candidate, candidates
 from sym2real.diagnosis.question import Question
 from sym2real.diagnosis.score.finding import Finding, findings
 from sym2real.diagnosis.score.held_out import LadderModels
-from sym2real.diagnosis.score.tried import Rival, Tried
+from sym2real.diagnosis.score.hypothesis_test import Alternative, HypothesisTest
 from sym2real.diagnosis.search.effect_set import EffectSet
 from sym2real.diagnosis.search.near import Near, as_good, by_own_starts, by_price
 from sym2real.diagnosis.search.needed import Predicted, keep_needed
@@ -41,7 +41,7 @@ from sym2real.symbolic import Equations
 from sym2real.threads import one_thread
 
 Values = Mapping[str, float]
-MOST_RIVALS = 5
+MOST_ALTERNATIVES = 5
 
 
 def add(
@@ -93,7 +93,7 @@ def try_effect(
     exclude: Collection[str] = (),
     horizon: float | None = None,
     on_progress: OnProgress = lambda _: None,
-) -> Tried:
+) -> HypothesisTest:
     """Fit one effect to logs, or several together, and hold each against every other effect in its place.
 
     Args:
@@ -123,30 +123,30 @@ def try_effect(
     prepared = prepare(question, Stages(on_progress))
     on_progress(f"fitting {', '.join(keys)}")
     selection, gain = _fitted(prepared, keys)
-    said, groups = _judged(prepared, keys, selection, on_progress)
+    verdict, groups = _judged(prepared, keys, selection, on_progress)
     on_progress("scoring on held-out data")
     steps = LadderModels.of(prepared.library, selection, same=held_out is None)
     horizons = steps.horizons(prepared.scored, horizon)
     fitted = _findings(selection, groups, prepared.calibration)
     stages = steps.ladder(prepared.library, prepared.scored, horizons)
     floor = floor_of_explained(prepared.library, prepared.scored, selection.fit.values, prepared.whitening, horizons)
-    return Tried(
+    return HypothesisTest(
         findings=with_advice(fitted, prepared.model, prepared.whitening, prepared.plant),
-        **said,
+        **verdict,
         gain=gain,
         faults=prepared.checked.faults,
         ladder=stages,
         floor=no_higher_than_reached(floor, stages),
         held_out=steps.names_of(prepared.scored),
         apart=held_out is not None,
-        notes=(*prepared.notes, *cut_said(horizons, horizon)),
+        notes=(*prepared.notes, *cut_notes(horizons, horizon)),
         seconds=time.perf_counter() - started,
     )
 
 
 def _judged(
     prepared: Prepared, keys: Sequence[str], selection: Selection, on_progress: OnProgress
-) -> tuple[dict[str, Any], Mapping[str, Sequence[Rival]]]:
+) -> tuple[dict[str, Any], Mapping[str, Sequence[Alternative]]]:
     """What an answer says of a hypothesis, and by effect that is supported what others bring in its place."""
     near = Near(selection, (), by_own_starts(selection, selection.present))
     without = {own.name: selection.without(selection.present, own) for own in selection.chosen}
@@ -154,15 +154,15 @@ def _judged(
     beside = {key: 1.0 - near.present.loss / without.loss for key, without in empty.items()}
     supported, unneeded = _supported(keys, selection, prepared, beside)
     on_progress("trying other effects in its place")
-    others = [candidate for candidate in prepared.tried if candidate.name not in keys]
+    others = [candidate for candidate in prepared.candidates if candidate.name not in keys]
     ranked = [(own, selection.ranked(without[own.name], others)) for own in selection.chosen]
     places = [(own, by_price(selection, sets)) for own, sets in ranked]
-    rivals = {own.name: _rivals(near, own, empty[own.name], sets) for own, sets in places}
-    outdone = tuple(own.name for own, sets in places if sets and _outdone(selection, own, sets[0], rivals[own.name][0]))
+    judged = {own.name: _alternatives(near, own, empty[own.name], sets) for own, sets in places}
+    outdone = tuple(own.name for own, sets in places if sets and _outdone(selection, own, sets[0], judged[own.name][0]))
     refused = tuple(key for key in keys if key not in supported or key in outdone)
-    lines = tuple(rival for key in keys for rival in _worth_a_line(rivals[key], beside[key]))
-    said = {"beside": beside, "unneeded": unneeded, "outdone": outdone, "rivals": lines, "refused": refused}
-    return {**said, "supported": not refused}, {key: () if key in refused else rivals[key] for key in keys}
+    lines = tuple(other for key in keys for other in _worth_a_line(judged[key], beside[key]))
+    verdict = {"beside": beside, "unneeded": unneeded, "outdone": outdone, "rivals": lines, "refused": refused}
+    return {**verdict, "supported": not refused}, {key: () if key in refused else judged[key] for key in keys}
 
 
 def _supported(
@@ -178,9 +178,9 @@ def _supported(
     return tuple(key for key in keys if key in shown - small), tuple(key for key in keys if key in shown & small)
 
 
-def _worth_a_line(rivals: Sequence[Rival], beside: float) -> Sequence[Rival]:
+def _worth_a_line(alternatives: Sequence[Alternative], beside: float) -> Sequence[Alternative]:
     least = max(SETTINGS.gain, SETTINGS.mostly * beside)
-    return [rival for rival in rivals if rival.better or rival.gain > least][:MOST_RIVALS]
+    return [other for other in alternatives if other.better or other.gain > least][:MOST_ALTERNATIVES]
 
 
 def _fitted(prepared: Prepared, keys: Sequence[str]) -> tuple[Selection, float]:
@@ -190,7 +190,7 @@ def _fitted(prepared: Prepared, keys: Sequence[str]) -> tuple[Selection, float]:
     own = tuple(competing.get(key) or Candidate(key, prepared.library.indices(key)) for key in keys)
     selection = Selection(prepared.problems, own, prepared.origin)
     # As sure as a search must be, so that both say the same.
-    selection.tried = max(len(own), len(prepared.tried))
+    selection.tested = max(len(own), len(prepared.candidates))
     without = selection.present.loss
     while left := [candidate for candidate in own if candidate not in selection.chosen]:
         ranking = selection.ranked(selection.present, left)
@@ -199,13 +199,13 @@ def _fitted(prepared: Prepared, keys: Sequence[str]) -> tuple[Selection, float]:
             raise ModelError(f"{first} beside {second}: expected one of what these logs cannot tell apart, found both")
         selection.put(ranking[0].chosen, ranking[0].fit)
     if len(own) > 1:  # a delay's error has a kink at every step, which stops fits
-        found = selection.present
-        best = min((found, *selection.fitted_anew(found)), key=lambda effects: effects.fit.total)
+        present = selection.present
+        best = min((present, *selection.fitted_anew(present)), key=lambda effects: effects.fit.total)
         selection.put(best.chosen, best.fit)
     return selection, 1.0 - selection.present.loss / without
 
 
-def _rivals(near: Near, own: Candidate, without: EffectSet, sets: Sequence[EffectSet]) -> tuple[Rival, ...]:
+def _alternatives(near: Near, own: Candidate, without: EffectSet, sets: Sequence[EffectSet]) -> tuple[Alternative, ...]:
     """What others bring in the place of an effect; one that surely does more is not as good, it is better.
 
     Args:
@@ -214,7 +214,7 @@ def _rivals(near: Near, own: Candidate, without: EffectSet, sets: Sequence[Effec
         without: the hypothesis without it.
         sets: with others in its place.
     """
-    library, rivals = near.selection.problems.library, []
+    library, alternatives = near.selection.problems.library, []
     same = (*own.alike, *always_alike(own.name, library.equations))
     for scored in sets:
         key = library.key(scored.candidate.name)
@@ -222,21 +222,21 @@ def _rivals(near: Near, own: Candidate, without: EffectSet, sets: Sequence[Effec
         more = scored.loss < (1 - SETTINGS.gain_beside) * near.present.loss
         better = more and weight <= SETTINGS.level and key not in same
         alike = not better and as_good(near, without.held_out, scored.held_out)
-        rivals.append(Rival(key, 1.0 - scored.loss / without.loss, alike, own.name, better))
-    return tuple(rivals)
+        alternatives.append(Alternative(key, 1.0 - scored.loss / without.loss, alike, own.name, better))
+    return tuple(alternatives)
 
 
-def _outdone(selection: Selection, own: Candidate, best: EffectSet, rival: Rival) -> bool:
-    """Whether the best rival of an effect does more in its place, and leaves it nothing to do beside it."""
-    both = by_price(selection, selection.ranked(best, [own])) if rival.better else []
+def _outdone(selection: Selection, own: Candidate, best: EffectSet, alternative: Alternative) -> bool:
+    """Whether the best alternative to an effect does more in its place, and leaves it nothing to do beside it."""
+    both = by_price(selection, selection.ranked(best, [own])) if alternative.better else []
     return bool(both) and not (both[0].price < best.price and selection.significant(both[0].fit, own))
 
 
 def _findings(
-    selection: Selection, rivals: Mapping[str, Iterable[Rival]], calibration: Calibration | None
+    selection: Selection, alternatives: Mapping[str, Iterable[Alternative]], calibration: Calibration | None
 ) -> list[Finding]:
     groups, equations = {}, selection.problems.library.equations
     for own in selection.chosen:
-        alike = (rival.effect for rival in rivals[own.name] if rival.as_good)
+        alike = (other.effect for other in alternatives[own.name] if other.as_good)
         groups[own.name] = tuple(dict.fromkeys([*own.alike, *always_alike(own.name, equations), *alike]))
     return findings(selection, None, groups, calibration)

@@ -11,14 +11,14 @@ from sym2real.dataset import Logs
 from sym2real.diagnosis.conclusion import Parts, Verdict, summary, verdict
 from sym2real.diagnosis.errors.floor import Floor
 from sym2real.diagnosis.errors.regions import Where
-from sym2real.diagnosis.errors.rungs import Rung, cut_said
+from sym2real.diagnosis.errors.rungs import Rung, cut_notes
 from sym2real.diagnosis.faults.fault import Fault, with_sensors_of
-from sym2real.diagnosis.predict.competitors import NotTried
+from sym2real.diagnosis.predict.competitors import NotTested
 from sym2real.diagnosis.score.finding import Finding, Scored, applied, findings_of
 from sym2real.diagnosis.score.held_out import Gate
 from sym2real.diagnosis.score.prediction_refit import PredictionRefit
 from sym2real.diagnosis.search.beam import SearchResult
-from sym2real.diagnosis.unexplained.explaining import disturbed_said
+from sym2real.diagnosis.unexplained.explaining import disturbance_notes
 from sym2real.diagnosis.unexplained.leftover import Leftover
 from sym2real.diagnosis.unexplained.term import Term
 from sym2real.json_objects import fields_of
@@ -71,7 +71,7 @@ class Diagnosis:
     prediction: PredictionRefit | None = None
     seconds: float = 0.0
     tried: int = 0
-    not_tried: tuple[NotTried, ...] = ()
+    not_tried: tuple[NotTested, ...] = ()
     notes: tuple[str, ...] = ()
     misfit: tuple[float, float] = field(default=(float("nan"), float("nan")))
 
@@ -166,7 +166,7 @@ def conclude(scored: Scored, leftovers: tuple[Leftover, ...], proposal: Term | N
         floor=scored.floor,
         held_out=scored.steps.names_of(prepared.scored),
         apart=prepared.question.held_out is not None,
-        notes=(*result.notes, *disturbed_said(scored.floor), *cut_said(scored.horizons, prepared.question.horizon)),
+        notes=(*result.notes, *disturbance_notes(scored.floor), *cut_notes(scored.horizons, prepared.question.horizon)),
         **_of_search(result),
     )
 
@@ -182,5 +182,5 @@ def _of_search(result: SearchResult) -> dict[str, Any]:
     """What an answer says of the search, scored or not."""
     problems, values = result.prepared.problems, (result.prepared.library.null, result.selection.fit.values)
     base, informed = (problems.whitening.misfit(problems.problem.residuals(each[None])[0]) for each in values)
-    tried, not_tried = result.selection.tried, result.prepared.not_tried
-    return {"tried": tried, "not_tried": not_tried, "misfit": (base, informed)}
+    tested, not_tested = result.selection.tested, result.prepared.not_tested
+    return {"tried": tested, "not_tried": not_tested, "misfit": (base, informed)}

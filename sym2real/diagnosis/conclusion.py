@@ -73,7 +73,7 @@ def summary(answer: Verdict, parts: Parts, interrupted: str = "") -> str:
     minor = [words for words, leftover in zip(rest, leftovers, strict=True) if not leftover.matters]
     # An effect outside the catalogue pulls at those inside.
     doubt = ["what was found may stand for a part of that"] if left and findings else []
-    said = ["the data show " + ", ".join(fault.name for fault in parts.faults)] if parts.faults else []
+    clauses = ["the data show " + ", ".join(fault.name for fault in parts.faults)] if parts.faults else []
     if answer == "EFFECT":
         # Where predictions do not bear out what was found, the faults are the answer.
         # Announced are those without which an error is larger by a tenth, or all, where they are needed together alone.
@@ -81,20 +81,20 @@ def summary(answer: Verdict, parts: Parts, interrupted: str = "") -> str:
         announced = [finding for finding in clear if not finding.small] or clear
         small = [finding for finding in clear if finding not in announced]
         unclear = _beside([finding for finding in findings if finding.doubtful], gate)
-        found = [*_missing(announced, parts.ladder), *rest, *doubt, *_small(small), *unclear]
-        said += found if gate.passed else [*_beside(findings, gate), *rest]
+        established = [*_missing(announced, parts.ladder), *rest, *doubt, *_small(small), *unclear]
+        clauses += established if gate.passed else [*_beside(findings, gate), *rest]
     elif answer == "UNEXPLAINED":
-        said.append(f"something is missing that none of the tested effects explains: {' and '.join(left)}")
-        said += [*_beside(findings, gate, leftovers), *minor]
+        clauses.append(f"something is missing that none of the tested effects explains: {' and '.join(left)}")
+        clauses += [*_beside(findings, gate, leftovers), *minor]
     elif answer == "NOTHING_MISSING":
-        said += ["nothing is missing beyond noise and small disturbances", *rest, *_small(findings)]
+        clauses += ["nothing is missing beyond noise and small disturbances", *rest, *_small(findings)]
     elif parts.suspects:
-        said += [_suspected(parts.suspects), *rest]
+        clauses += [_suspected(parts.suspects), *rest]
     else:
-        said += [*_no_answer(findings, gate, interrupted), *rest]
+        clauses += [*_no_answer(findings, gate, interrupted), *rest]
     if interrupted and answer != "CANNOT_TELL":
-        said.append(f"{interrupted} was interrupted before it ended")
-    sentence = "; ".join(said)
+        clauses.append(f"{interrupted} was interrupted before it ended")
+    sentence = "; ".join(clauses)
     return sentence[:1].upper() + sentence[1:] + "."
 
 
@@ -102,7 +102,7 @@ def _missing(announced: Sequence[Finding], stages: Sequence[Rung]) -> list[str]:
     """What is announced, and the error that falls most with all that was found."""
     if not announced:
         return []
-    fall, parts = fall_of_error(stages), ["missing: " + "; ".join(map(_one, announced))]
+    fall, parts = fall_of_error(stages), ["missing: " + "; ".join(map(_with_alternatives, announced))]
     if fall is not None:
         parts.append(f"with it the {fall[0]} error on held-out pieces changes from {fall[1]:.3g} to {fall[2]:.3g}")
     return parts
@@ -137,16 +137,16 @@ def _beside(findings: Sequence[Finding], gate: Gate, leftovers: Sequence[Leftove
 
 def _no_answer(findings: Sequence[Finding], gate: Gate, interrupted: str) -> list[str]:
     """Why nothing can be told, and what was found all the same."""
-    provisional, found = any(finding.provisional for finding in findings), "; ".join(map(_one, findings))
+    provisional, named = any(finding.provisional for finding in findings), "; ".join(map(_with_alternatives, findings))
     if provisional or not (findings or interrupted):
         tested = ", so that no finding can be tested" if findings else ""
         pieces = f"{SETTINGS.fewest_pieces} independent pieces of at least {BLOCK_SECONDS:g} s"
         parts = [f"too little data: fewer than {pieces}{tested}"]
         parts += [f"{interrupted} was interrupted before it ended"] if interrupted else []
-        return [*parts, f"perhaps missing: {found}"] if findings else parts
+        return [*parts, f"perhaps missing: {named}"] if findings else parts
     if interrupted:
         parts = [f"no answer: {interrupted} was interrupted before it ended"]
-        return [*parts, f"found by then: {found}"] if findings else parts
+        return [*parts, f"found by then: {named}"] if findings else parts
     return [f"no answer: {_beyond_chance(findings)}, but {_not_borne_out(findings, gate)}"]
 
 
@@ -158,8 +158,8 @@ def _suspected(suspects: Mapping[str, float]) -> str:
 
 
 def _beyond_chance(findings: Sequence[Finding]) -> str:
-    found = " and ".join(_alone(finding) for finding in findings)
-    return f"{found} {'is' if len(findings) == 1 else 'are'} beyond chance"
+    names = " and ".join(_alone(finding) for finding in findings)
+    return f"{names} {'is' if len(findings) == 1 else 'are'} beyond chance"
 
 
 def _not_borne_out(findings: Sequence[Finding], gate: Gate) -> str:
@@ -167,10 +167,10 @@ def _not_borne_out(findings: Sequence[Finding], gate: Gate) -> str:
     if gate.passed and all(finding.doubtful for finding in findings):
         return "commands that change between the rows of the logs look the same"
     if gate.worse:
-        return f"the held-out error {gate.worse[0].said}"
+        return f"the held-out error {gate.worse[0].text}"
     if gate.best is None or not gate.beats_hold:
         return "no prediction of these logs is good enough to decide"
-    return f"no held-out error falls by {100 * SETTINGS.worth_saying:.0f} %: that {gate.best.said}"
+    return f"no held-out error falls by {100 * SETTINGS.worth_saying:.0f} %: that {gate.best.text}"
 
 
 def _alone(finding: Finding) -> str:
@@ -179,7 +179,7 @@ def _alone(finding: Finding) -> str:
     return f"{finding.effect} ({values})"
 
 
-def _one(finding: Finding) -> str:
+def _with_alternatives(finding: Finding) -> str:
     others = [key for key in finding.group if key != finding.effect]
     return _alone(finding) + (f", or {' or '.join(in_few_words(others)[:3])}" if others else "")
 

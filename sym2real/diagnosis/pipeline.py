@@ -9,9 +9,9 @@ from functools import partial
 
 from sym2real.dataset import Dataset, Logs
 from sym2real.diagnosis.answer import Diagnosis, conclude, unscored
-from sym2real.diagnosis.design.separation import untried_said, with_advice
+from sym2real.diagnosis.design.separation import untested_notes, with_advice
 from sym2real.diagnosis.errors.regions import locate
-from sym2real.diagnosis.estimate.weighing import Prepared, calibrate_base, refine_base, weigh_errors
+from sym2real.diagnosis.estimate.preparation import Prepared, calibrate_base, estimate_covariance, refine_base
 from sym2real.diagnosis.question import Question, check_data
 from sym2real.diagnosis.score.finding import score
 from sym2real.diagnosis.score.prediction_refit import refit_for_prediction
@@ -32,8 +32,8 @@ def prepare(question: Question, stages: Stages) -> Prepared:
     """
     examined = stages.run("checking the data", check_data, question)
     base = stages.run("calibrating the base", refine_base, examined)
-    weighed = stages.run("estimating the covariance of errors", weigh_errors, base)
-    return stages.run("calibrating effects", calibrate_base, weighed)
+    whitened = stages.run("estimating the covariance of errors", estimate_covariance, base)
+    return stages.run("calibrating effects", calibrate_base, whitened)
 
 
 @one_thread()
@@ -60,10 +60,10 @@ def diagnose(
         calibrate: whether the simulator calibrates the base.
         held_out: logs that score the ladder; by default every log by the fit without it, the last third of a single
             log by the fit to the rest.
-        exclude: keys or patterns of effects that are not to be tried.
+        exclude: keys or patterns of effects that do not compete.
         horizon: the ladder's longest, in s.
         region: range of every column in the model's training, to say whether it fails inside or outside.
-        on_progress: told what is being done.
+        on_progress: called with what is being done.
         finish_on_interrupt: Ctrl-C during the search, or behind it, ends the stage that runs, and the answer is made
             of what is done.
 
@@ -96,6 +96,6 @@ def diagnose(
         answer,
         findings=answer.findings if findings is None else findings,
         where=where or (),
-        notes=(*answer.notes, *untried_said(answer.findings, prepared.model, prepared.plant), *stages.notes),
+        notes=(*answer.notes, *untested_notes(answer.findings, prepared.model, prepared.plant), *stages.notes),
         seconds=time.perf_counter() - started,
     )

@@ -77,6 +77,6 @@ def check_data(question: Question) -> Examined:
     # Logs that go on from those of the search have their battery.
     logs = list(with_one_clock(Dataset(log for part in parts for log in part)).told_apart())
     halves = (logs[: len(parts[0])], logs[len(parts[0]) :])
-    found = [check(question.model, Dataset(half)) for half in halves if half]
-    checked, *aside = (replace(one, data=with_filtered_commands(question.model, one.data)) for one in found)
+    results = [check(question.model, Dataset(half)) for half in halves if half]
+    checked, *aside = (replace(result, data=with_filtered_commands(question.model, result.data)) for result in results)
     return Examined(question, checked, aside[0].data if aside else checked.data)

@@ -39,13 +39,13 @@ class Settings:
     gain_beside: float = _of(0.01, "tuned", "the same beside another effect, whose form may be wrong: simulated logs")
     gain_few: float = _of(0.03, "tuned", "the same beside another where logs are few, or of a constant: real logs")
     heavy_tails: float = _of(10.8, "theory", "χ² with one degree of freedom, 99.9 %: from here on tails are heavy")
-    one_more: float = _of(0.02, "tuned", "loss that one effect more must take: simulated")
+    another_effect: float = _of(0.02, "tuned", "loss that one effect more must take: simulated")
     base_gain: float = _of(0.001, "tuned", "part of the loss that an effect of the base's own must save: learned bases")
     base_rows: int = _of(100, "theory", "rows of a flight that a base is calibrated by")
     interval_floor: float = _of(0.03, "tuned", "relative half-width that a wrong form leaves: real logs, simulators")
     stiffness: float = _of(0.1, "tuned", "what the loop's stiffness adds to it where torques act: simulated flights")
     inseparable: float = _of(0.96, "theory", "part of the Fisher information shared: a correlation of 0.98")
-    clear: float = _of(0.3, "theory", "part of a finding that a rival may explain on a manoeuvre that parts them")
+    clear: float = _of(0.3, "theory", "part of a finding that an alternative explains on a manoeuvre that parts them")
 
     same: float = _of(0.02, "sensor", "relative difference of two numbers that a log or a model has for one thing")
     gap: float = _of(1.5, "sensor", "times: a step so long is two, an error so much larger worth a statement")
@@ -64,7 +64,7 @@ class Settings:
     command_sides: float = _of(2.0, "tuned", "times more that far factors of that unit must miss: the list of mistakes")
     others_worse: float = _of(0.25, "tuned", "part of what is mended that another may lose: the list of mistakes")
     frame_turn: float = _of(float(np.deg2rad(25.0)), "sensor", "a smaller turn is a sensor that is mounted askew")
-    part_of_a_row: float = _of(0.5, "sensor", "so finely it is told how late a sensor is")
+    part_of_a_row: float = _of(0.5, "sensor", "resolution of a sensor's delay")
     jump_beyond: float = _of(4.0, "sensor", "times the 95th percentile of changes by which a value jumps")
     jump_metres: float = _of(0.1, "sensor", "m; estimators of position correct themselves by centimetres")
     jump_rows: int = _of(15, "sensor", "rows after which a position that jumped is back")
@@ -78,9 +78,9 @@ class Settings:
     statement_r2: float = _of(0.15, "tuned", "R² on unseen logs of a statement where errors are large: simulated logs")
     statement_alike: float = _of(0.05, "tuned", "R² by which a plainer feature may be worse: simulated logs")
 
-    def false_alarms_of_each(self, tried: int) -> float:
+    def false_alarms_of_each(self, tested: int) -> float:
         """Chance of a false alarm of each of so many that compete in a data set (Bonferroni)."""
-        return self.false_alarms / max(1, tried)
+        return self.false_alarms / max(1, tested)
 
     def gain_of(self, effects: int) -> float:
         """Part of the held-out loss that an effect must save in a set of so many."""

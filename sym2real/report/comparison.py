@@ -25,7 +25,7 @@ def comparison_report(comparison: Comparison) -> RenderableType:
 
 def comparison_table(comparison: Comparison) -> Table:
     """Errors per channel over the horizon, in the channel's unit, beside "hold"."""
-    headings = ["ahead\ns", "windows", *(f"{name}\n{one.unit}" for name, one in comparison.one_step.errors.items())]
+    headings = ["ahead\ns", "windows", *(f"{name}\n{error.unit}" for name, error in comparison.one_step.errors.items())]
     rows = []
     for errors in (comparison.one_step, *comparison.horizons, comparison.free_run):
         cells = [f"{number(entry.value, 2)} [dim]{number(entry.hold, 2)}[/]" for entry in errors.errors.values()]

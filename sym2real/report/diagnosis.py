@@ -7,13 +7,13 @@ from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.table import Table
 
-from sym2real.diagnosis import Diagnosis, Fall, Fault, Finding, Gate, Term, Tried, Where
+from sym2real.diagnosis import Diagnosis, Fall, Fault, Finding, Gate, HypothesisTest, Term, Where
 from sym2real.diagnosis.unexplained.leftover import Leftover
 from sym2real.effects.bound import NO_COLUMN
 from sym2real.effects.few_words import in_few_words
 from sym2real.effects.searching import SETTLED
 from sym2real.report.ladder import ladder_table
-from sym2real.report.not_tried import not_tried_said
+from sym2real.report.not_tested import lines_by_reason
 from sym2real.report.tables import number, table_of
 
 STYLE = {"EFFECT": "bold yellow", "NOTHING_MISSING": "bold green", "UNEXPLAINED": "bold red", "CANNOT_TELL": "bold"}
@@ -43,7 +43,7 @@ def diagnosis_report(diagnosis: Diagnosis, shown_before: Collection[str] = ()) -
     parts += leftover_lines(diagnosis.leftovers)
     parts += proposal_lines(diagnosis.proposal)
     parts += note_lines([note for note in diagnosis.notes if note not in shown_before])
-    parts += [f"[dim]{escape(line)}[/]" for line in untried_lines(diagnosis)]
+    parts += [f"[dim]{escape(line)}[/]" for line in untested_lines(diagnosis)]
     parts.append(f"[dim]{misfit_line(diagnosis)}; {diagnosis.tried} hypotheses tested; {diagnosis.seconds:.0f} s[/]")
     return Group(*parts)
 
@@ -55,16 +55,16 @@ def diagnosis_in_short(diagnosis: Diagnosis) -> RenderableType:
     if diagnosis.findings:
         parts.append(findings_list(diagnosis.findings))
     parts += leftover_lines(diagnosis.leftovers)
-    return Group(*parts, *map(escape, untried_lines(diagnosis)))
+    return Group(*parts, *map(escape, untested_lines(diagnosis)))
 
 
-def untried_lines(diagnosis: Diagnosis) -> list[str]:
+def untested_lines(diagnosis: Diagnosis) -> list[str]:
     """Effects of such a robot that were not tested, a line for every reason; a page and ``diagnosis.json`` have all.
 
     What the checks of the data settle, and what is about a column that is not there, goes without saying.
     """
     left_out = (entry for entry in diagnosis.not_tried if entry.reason != SETTLED)
-    return [f"not tested: {line}" for line in not_tried_said(left_out) if not line.endswith(NO_COLUMN)]
+    return [f"not tested: {line}" for line in lines_by_reason(left_out) if not line.endswith(NO_COLUMN)]
 
 
 def leftover_lines(leftovers: Sequence[Leftover]) -> list[str]:
@@ -82,8 +82,8 @@ def gate_line(gate: Gate, best: Fall) -> str:
     if not gate.beats_hold:
         return f"[green]gate passed[/]: {NO_BETTER_THAN_HOLD}"
     verdict = "[green]gate passed[/]" if gate.passed else "[red]gate not passed[/]"
-    risen = "".join(f"; that {rise.said}, beyond its interval" for rise in gate.worse)
-    return f"{verdict}: the held-out error {best.said}{risen}"
+    risen = "".join(f"; that {rise.text}, beyond its interval" for rise in gate.worse)
+    return f"{verdict}: the held-out error {best.text}{risen}"
 
 
 def prediction_lines(diagnosis: Diagnosis) -> list[str]:
@@ -95,17 +95,17 @@ def prediction_lines(diagnosis: Diagnosis) -> list[str]:
     errors = [
         f"{name} {number(before[name].value)} → {number(after[name].value)} {before[name].unit}" for name in before
     ]
-    said = f"errors {refit.horizon:.3g} s ahead of logs that the fit left out: {', '.join(errors)}"
+    text = f"errors {refit.horizon:.3g} s ahead of logs that the fit left out: {', '.join(errors)}"
     if not refit.kept:
         return [
-            f"[dim]values fitted to predictions predict no better beyond chance, and were not kept ({escape(said)})[/]"
+            f"[dim]values fitted to predictions predict no better beyond chance, and were not kept ({escape(text)})[/]"
         ]
     values = [
         f"{finding.effect} {name} {number(value)} (physical {number(finding.parameters[name].value)})"
         for finding, own in zip(diagnosis.findings, refit.values, strict=True)
         for name, value in own.items()
     ]
-    return [f"[green]other values predict better[/]: {escape('; '.join(values))}; {escape(said)}"]
+    return [f"[green]other values predict better[/]: {escape('; '.join(values))}; {escape(text)}"]
 
 
 def misfit_line(diagnosis: Diagnosis) -> str:
@@ -127,18 +127,18 @@ def term_command(term: Term, model: str) -> str:
     return f'sym2real add {shlex.quote(model)} "term:{term.channel}={term.expression}" --out NEW'
 
 
-def tried_report(tried: Tried) -> RenderableType:
+def hypothesis_report(test: HypothesisTest) -> RenderableType:
     """Everything a person reads of effects that were held against logs."""
-    verdict = "[bold green]SUPPORTED[/]" if tried.supported else "[bold red]NOT SUPPORTED[/]"
-    parts: list[RenderableType] = [f"{verdict} {escape(tried.summary)}"]
-    parts += fault_lines(tried.faults)
-    parts += [findings_list(tried.findings), ""]
-    if tried.rivals:
-        parts.append(rivals_table(tried))
-    if tried.ladder:
-        parts.append(ladder_table(tried.ladder, tried.floor, tried.held_out, apart=tried.apart))
-    parts += note_lines(tried.notes)
-    parts.append(f"[dim]{tried.seconds:.0f} s[/]")
+    verdict = "[bold green]SUPPORTED[/]" if test.supported else "[bold red]NOT SUPPORTED[/]"
+    parts: list[RenderableType] = [f"{verdict} {escape(test.summary)}"]
+    parts += fault_lines(test.faults)
+    parts += [findings_list(test.findings), ""]
+    if test.rivals:
+        parts.append(alternatives_table(test))
+    if test.ladder:
+        parts.append(ladder_table(test.ladder, test.floor, test.held_out, apart=test.apart))
+    parts += note_lines(test.notes)
+    parts.append(f"[dim]{test.seconds:.0f} s[/]")
     return Group(*parts)
 
 
@@ -167,14 +167,14 @@ def findings_list(findings: Sequence[Finding]) -> Table:
         share = f"removes {100 * finding.share:.0f} % of the misfit"
         table.add_row(str(place), f"[bold]{escape(finding.effect)}[/]  {share}{few}")
         for name, estimate in finding.parameters.items():
-            interval = interval_said(finding, name)
-            table.add_row("", f"{escape(name)} = [bold]{escape(estimate.said)}[/]  [dim]{interval}[/]")
-        for label, said in known_of(finding):
-            table.add_row(label, escape(said))
+            interval = interval_text(finding, name)
+            table.add_row("", f"{escape(name)} = [bold]{escape(estimate.text)}[/]  [dim]{interval}[/]")
+        for label, text in known_of(finding):
+            table.add_row(label, escape(text))
     return table
 
 
-def interval_said(finding: Finding, name: str) -> str:
+def interval_text(finding: Finding, name: str) -> str:
     """How well a value is known: its interval, and what logs one by one say."""
     estimate, spread = finding.parameters[name], finding.log_spread.get(name)
     # Which rotor it is has no interval.
@@ -185,24 +185,24 @@ def interval_said(finding: Finding, name: str) -> str:
 def known_of(finding: Finding) -> list[tuple[str, str]]:
     """What is known of a finding beside its values: label and text."""
     facts = []
-    rivals = [rival for rival in finding.group if rival != finding.effect]
+    others = [key for key in finding.group if key != finding.effect]
     if finding.probability is not None:
-        whose = ", of it or one of those below" if rivals else ""
+        whose = ", of it or one of those below" if others else ""
         facts.append(("probability", f"{100 * finding.probability:.0f} % against none, and others in its place{whose}"))
-    if rivals:
-        facts.append(("or", f"{', '.join(in_few_words(rivals))}: these logs do not tell which"))
+    if others:
+        facts.append(("or", f"{', '.join(in_few_words(others))}: these logs do not tell which"))
     if finding.separate_by:
         facts.append(("tell apart", finding.separate_by))
     return [*facts, ("fix", finding.fix)]
 
 
-def rivals_table(tried: Tried) -> Table:
+def alternatives_table(test: HypothesisTest) -> Table:
     """What other effects would do in the place of each of the hypothesis."""
-    rows, hypothesis = [], "the hypothesis" if len(tried.findings) == 1 else "the hypothesis, beside the others"
-    for finding in tried.findings:
-        own = (finding.effect, f"{100 * tried.beside[finding.effect]:.1f} %", hypothesis)
+    rows, hypothesis = [], "the hypothesis" if len(test.findings) == 1 else "the hypothesis, beside the others"
+    for finding in test.findings:
+        own = (finding.effect, f"{100 * test.beside[finding.effect]:.1f} %", hypothesis)
         rows.append(tuple(f"[bold]{escape(cell)}[/]" for cell in own))
-        for rival in (rival for rival in tried.rivals if rival.instead_of == finding.effect):
-            remark = "cannot be told from it" if rival.as_good else ""
-            rows.append((escape(rival.effect), f"{100 * rival.gain:.1f} %", remark))
+        for other in (other for other in test.rivals if other.instead_of == finding.effect):
+            remark = "cannot be told from it" if other.as_good else ""
+            rows.append((escape(other.effect), f"{100 * other.gain:.1f} %", remark))
     return table_of("in its place", ("effect", "lowers the held-out loss by", ""), rows, left=("effect", ""))

@@ -41,7 +41,7 @@ def effect_page(effect: Effect) -> RenderableType:
 
 def _parameters(title: str, parameters: Sequence[Parameter]) -> Table:
     headings = ("name", "unit", "null", "lowest", "highest", "expected size")
-    rows = ((one.name, one.unit, *map(_number, (one.null, one.low, one.high, one.scale))) for one in parameters)
+    rows = ((slot.name, slot.unit, *map(_number, (slot.null, slot.low, slot.high, slot.scale))) for slot in parameters)
     return table_of(title, headings, rows, left=headings[:2])
 
 

@@ -14,10 +14,10 @@ from sym2real.report.tables import compact_table, number
 
 # What a model that misses nothing would leave; a comparison's lowest error is that of the sensors alone.
 LOWEST, NOISE = "noise and\ndisturbances", "noise alone"
-# Said where a step of the ladder leads up, beyond the interval of the one before.
+# Shown where a step of the ladder leads up, beyond the interval of the one before.
 TOGETHER = "Where the error rises, that effect helps only together with one below it."
 
-# Said where a dash stands for an error.
+# Shown where a dash stands for an error.
 DIVERGED = "–: predictions there are no numbers; that model diverges, or its commands are in another unit."
 
 

@@ -7,12 +7,12 @@ from matplotlib.figure import Figure
 from rich.console import Console, RenderableType
 
 from sym2real.adaptation.loop import Adaptation
-from sym2real.diagnosis import Comparison, Diagnosis, Plan, Tried
+from sym2real.diagnosis import Comparison, Diagnosis, HypothesisTest, Plan
 from sym2real.diagnosis.data.preparation import long_enough
 from sym2real.errors import ModelError
 from sym2real.report.adaptation import rounds_figure
 from sym2real.report.comparison import comparison_report
-from sym2real.report.diagnosis import diagnosis_in_short, diagnosis_report, tried_report
+from sym2real.report.diagnosis import diagnosis_in_short, diagnosis_report, hypothesis_report
 from sym2real.report.figures import comparison_figure, ladder_figure, path_figure, predictions_figure
 from sym2real.report.html.variants import Predicting
 from sym2real.report.plan import plan_report
@@ -43,15 +43,15 @@ def comparison_plot(comparison: Comparison) -> Figure:
     return _shown(comparison_figure(comparison))
 
 
-def ladder_plot(found: Diagnosis | Tried) -> Figure:
+def ladder_plot(scored: Diagnosis | HypothesisTest) -> Figure:
     """Held-out error of every channel over the horizon, one effect after the other.
 
     Raises:
         ModelError: where nothing was scored.
     """
-    if not found.ladder:
+    if not scored.ladder:
         raise ModelError("expected errors on held-out data to draw, found none: nothing was scored")
-    return _shown(ladder_figure(found.ladder, found.floor))
+    return _shown(ladder_figure(scored.ladder, scored.floor))
 
 
 def comparison_html(comparison: Comparison) -> str:
@@ -71,9 +71,9 @@ def diagnosis_text(diagnosis: Diagnosis) -> str:
     return "\n".join(line.rstrip() for line in console.export_text().splitlines())
 
 
-def tried_html(tried: Tried) -> str:
+def hypothesis_html(test: HypothesisTest) -> str:
     """Everything that the terminal says of a hypothesis."""
-    return _html(tried_report(tried))
+    return _html(hypothesis_report(test))
 
 
 def plan_html(plan: Plan) -> str:

@@ -12,7 +12,7 @@ from answers import UNFORESEEN, Record, answer_of, refusal
 from log_changes import every_second
 from standard_set import Case, simulate_case
 
-from sym2real.cli.found import plain_simulator
+from sym2real.cli.results import plain_simulator
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import diagnose
 from sym2real.effects.visible import visible_state

@@ -30,7 +30,7 @@ from standard_cases import standard_cases
 from standard_set import Case, simulate_case
 from sysid_parameters import FREE
 
-from sym2real.cli.found import plain_simulator
+from sym2real.cli.results import plain_simulator
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import Diagnosis, diagnose
 from sym2real.effects import effect

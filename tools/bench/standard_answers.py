@@ -23,7 +23,7 @@ from repeated import Asked, Run, Settings, print_table, share
 from standard_cases import standard_cases
 from standard_set import Case, simulate_case
 
-from sym2real.cli.found import plain_simulator
+from sym2real.cli.results import plain_simulator
 from sym2real.diagnosis import add, try_effect
 from sym2real.experiments.study.sweep import Tell
 from sym2real.symbolic import Equations

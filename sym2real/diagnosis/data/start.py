@@ -54,8 +54,8 @@ def _smoothed(trajectory: Trajectory, starts: NDArray[np.int64]) -> Array:
     if pairs:
         speed = np.stack([trajectory.column(column)[starts] for _, column in pairs])
         position, velocity = (away[:, :, part].transpose(2, 0, 1) for part in paired)  # (pairs, windows, ROWS)
-        found = _joint_fit(position, velocity, speed[..., None], noise[paired], ages)
-        correction[:, paired] = found.transpose(1, 2, 0)
+        fitted = _joint_fit(position, velocity, speed[..., None], noise[paired], ages)
+        correction[:, paired] = fitted.transpose(1, 2, 0)
     others = sorted(set(range(layout.tangent_size)) - {slot for part in paired for slot in part})
     correction[:, others] = _single_fit(away[:, :, others].transpose(2, 0, 1), noise[others], ages).T
     return layout.retract(states[starts], torch.as_tensor(correction)).numpy()

@@ -1,1 +1,1 @@
-"""What a manoeuvre would show before it is flown, and which one tells rivals apart."""
+"""What a manoeuvre would show before it is flown, and which one distinguishes alternative effects."""

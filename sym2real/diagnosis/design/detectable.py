@@ -4,10 +4,10 @@ An effect of size β changes the residuals of a log by r(β); what the free star
 λ(β) = ‖r(β)‖². It is found where λ exceeds what the acceptance rule of the search asks for: a relative gain, and
 Hotelling's test on blocks, which is Student's t for one parameter, also where blocks, or whole logs, of measured ones
 differ by more than their noise does. Near zero λ = β²F with the sensitivity matrix F = JᵀC⁻¹J; effects that begin at a
-threshold (limits, grip, dead bands) are tried at rising sizes instead, and forces that swing by the test that finds
+threshold (limits, grip, dead bands) are evaluated at rising sizes instead, and forces that swing by the test that finds
 them among all frequencies. From which size on an effect matters for predictions is another number (see ``visible.py``).
 
-Two effects cannot be told apart where one's residuals are the other's: the part of F that fitting the other removes,
+Two effects cannot be distinguished where one's residuals are the other's: the part of F that fitting the other removes,
 tr(F_ab F_bb⁻¹ F_ba) / tr F_aa in units of the parameters' scales, is above 0.96 (a correlation of 0.98). A delay and
 a lag are the same to first order, so these are held against each other at the size that is to be expected.
 """
@@ -28,10 +28,10 @@ from sym2real.diagnosis.data.preparation import long_enough
 from sym2real.diagnosis.design.visible import AssumedNoise, Plan, Predictions, Visible
 from sym2real.diagnosis.errors.floor import SensorNoise
 from sym2real.diagnosis.estimate.fit import Problems
+from sym2real.diagnosis.estimate.preparation import whiten
 from sym2real.diagnosis.estimate.quadratic import Hypothesis, solve
 from sym2real.diagnosis.estimate.significance import least_gain, sizes_beyond_chance
 from sym2real.diagnosis.estimate.swing import smallest_swings
-from sym2real.diagnosis.estimate.weighing import whiten
 from sym2real.diagnosis.estimate.whitening import Spread, Whitening
 from sym2real.diagnosis.predict.candidate import Candidate, candidates, library_for
 from sym2real.diagnosis.predict.competitors import values_for
@@ -70,15 +70,15 @@ def plan(equations: Equations, data: Logs, noise: AssumedNoise | None = None, ex
     """
     dataset = with_filtered_commands(equations, long_enough(data, equations))
     library = library_for(equations, dataset, exclude)
-    problem, tried = Problem(library, dataset), candidates(library, dataset)
-    problems, sensors = _with_noise(problem, tried, noise)
-    needed, predictions = _needed(problems, len(tried)), Predictions.of(problems, sensors)
-    chance = len(tried) if noise is None else None
-    smooth = [candidate for candidate in tried if not candidate.needs_start]
+    problem, competing = Problem(library, dataset), candidates(library, dataset)
+    problems, sensors = _with_noise(problem, competing, noise)
+    needed, predictions = _needed(problems, len(competing)), Predictions.of(problems, sensors)
+    chance = len(competing) if noise is None else None
+    smooth = [candidate for candidate in competing if not candidate.needs_start]
     visible = _smooth(smooth, problems, predictions, needed, chance)
-    thresholds = [candidate for candidate in tried if candidate.needs_start]
+    thresholds = [candidate for candidate in competing if candidate.needs_start]
     visible += [_threshold_row(candidate, problems, predictions, needed) for candidate in thresholds]
-    visible += _swinging(problems, predictions, len(tried))
+    visible += _swinging(problems, predictions, len(competing))
     order = list(library.effects)
     return Plan(
         visible=tuple(sorted(visible, key=lambda row: order.index(row.effect))),
@@ -89,11 +89,11 @@ def plan(equations: Equations, data: Logs, noise: AssumedNoise | None = None, ex
 
 
 def _with_noise(
-    problem: Problem, tried: tuple[Candidate, ...], noise: AssumedNoise | None
+    problem: Problem, competing: tuple[Candidate, ...], noise: AssumedNoise | None
 ) -> tuple[Problems, SensorNoise | None]:
     """The problem under assumed noise of these sensors, or under that which the logs show."""
     if noise is None:
-        whitened = whiten(problem, tried)
+        whitened = whiten(problem, competing)
         return Problems.of(whitened.problem, whitened.whitening), None
     return Problems.of(problem, _assumed(problem, noise)), SensorNoise.assumed(noise.sensors, problem.data)
 
@@ -146,7 +146,7 @@ def _part_at_size(problems: Problems, first: Candidate, other: Candidate) -> boo
 
 
 def _smooth(
-    smooth: Sequence[Candidate], problems: Problems, predictions: Predictions | None, needed: float, tried: int | None
+    smooth: Sequence[Candidate], problems: Problems, predictions: Predictions | None, needed: float, tested: int | None
 ) -> list[Visible]:
     """Rows of effects that act from zero on; where the noise was measured its blocks and logs, too, must tell them."""
     library, free = problems.library, tuple(slot for candidate in smooth for slot in candidate.free)
@@ -154,12 +154,12 @@ def _smooth(
     (fit,) = problems.quadratics([Hypothesis(free, library.null)])
     information = fit.curvature.sum(0)
     sizes = (needed / information.diagonal().clamp_min(1e-300)).sqrt()
-    if tried is not None and smooth:  # measured logs also tell what is narrow from trim
+    if tested is not None and smooth:  # measured logs also tell what is narrow from trim
         own = [fit.part(candidate.free) for candidate in smooth]
-        gains = [least_gain(problems, one, library.null, 2) for one in smooth]
-        least = np.repeat(gains, [len(one.free) for one in smooth])
+        gains = [least_gain(problems, candidate, library.null, 2) for candidate in smooth]
+        least = np.repeat(gains, [len(candidate.free) for candidate in smooth])
         sizes *= torch.as_tensor(least).div(SETTINGS.gain_beside).sqrt()
-        sizes = torch.maximum(sizes, torch.cat([sizes_beyond_chance(problems, part, tried) for part in own]))
+        sizes = torch.maximum(sizes, torch.cat([sizes_beyond_chance(problems, part, tested) for part in own]))
     mattering = sizes.new_full(sizes.shape, inf) if predictions is None else predictions.of_parameters(free)
     like = _alike(problems, smooth, places, information)
     return [
@@ -181,12 +181,12 @@ def _smooth_rows(candidate: Candidate, library: Library, seen: Tensor, mattering
     return rows
 
 
-def _swinging(problems: Problems, predictions: Predictions | None, tried: int) -> list[Visible]:
+def _swinging(problems: Problems, predictions: Predictions | None, tested: int) -> list[Visible]:
     """Rows of a force that swings, which has to be found among all frequencies; one of them stands for those."""
     library, rows = problems.library, list[Visible]()
-    swing, smallest = smallest_swings(problems, SETTINGS.false_alarms_of_each(tried))
+    swing, smallest = smallest_swings(problems, SETTINGS.false_alarms_of_each(tested))
     swung = problems.data if swing is None else swing.in_data(problems.data)
-    for candidate in (one for one in candidates(library, swung) if library.effects[one.name].searching.swings):
+    for candidate in (own for own in candidates(library, swung) if library.effects[own.name].searching.swings):
         sizes = torch.as_tensor(np.array([smallest[library.slots[slot].parameter.name] for slot in candidate.free]))
         mattering = torch.full_like(sizes, inf)
         if predictions is not None:
@@ -214,8 +214,8 @@ def _threshold_row(candidate: Candidate, problems: Problems, predictions: Predic
         sets = library.null.repeat(len(levels) + 1, 1)
         sets[1:, candidate.free[0]] = torch.as_tensor(np.asarray(levels))
         residuals = problem.residuals(sets)
-        found = problems.whitening.loss(residuals[1:] - residuals[0]).sum(1) > needed
-        smallest = _first(levels, found)
+        detected = problems.whitening.loss(residuals[1:] - residuals[0]).sum(1) > needed
+        smallest = _first(levels, detected)
         matters = None if predictions is None else _first(levels, predictions.matter(sets[1:]))
     return Visible(candidate.name, slot.name, slot.unit, smallest, matters, (), (), effect.shown_by)
 

@@ -1,7 +1,7 @@
-"""Which manoeuvre tells apart what the logs could not: tried in the plain simulator before anybody flies it.
+"""Which manoeuvre distinguishes what the logs could not: simulated plainly before anybody flies it.
 
-What was found is put into the prediction of every manoeuvre; then its rival is fitted to that in its place, all that
-it has free, with the noise and the disturbances of the logs. The part of the effect that the rival does not explain is
+What was found is put into the prediction of every manoeuvre; then its alternative is fitted to that in its place, with
+all its free parameters, the noise and the disturbances of the logs. The part of the effect that it does not explain is
 what the manoeuvre shows: the two part where it is more than the gain that any finding needs (the rule by which they
 were held for one in the logs).
 """
@@ -31,23 +31,23 @@ from sym2real.symbolic import Equations
 from sym2real.tasks.standard_paths import path_of
 from sym2real.tasks.task import follows_paths, motion
 
-# Said once of all findings.
-UNTRIED = (
+# One note for all findings.
+UNTESTED = (
     "manoeuvres that would tell effects apart were not simulated: that takes the simulator of a robot that flies or "
-    "drives along paths (`sym2real plan` has others tried)"
+    "drives along paths (`sym2real plan` assesses others)"
 )
-# Rivals of a finding that manoeuvres are looked for against.
-MOST_RIVALS = 2
+# Alternatives to a finding that manoeuvres are sought for.
+MOST_ALTERNATIVES = 2
 
 
 @dataclass(frozen=True)
 class _Outcome:
-    """What a manoeuvre shows: the part of a finding that each rival explains, and how much is left at least.
+    """What a manoeuvre shows: the part of a finding that each alternative explains, and how much is left at least.
 
     Args:
         words: what is flown.
-        explained: by rival.
-        left: of the whitened squares, by the rival that leaves least, in units of what parts them.
+        explained: by alternative.
+        left: of the whitened squares, by the alternative that leaves least, in units of what parts them.
     """
 
     words: str
@@ -64,46 +64,46 @@ def with_advice(
         findings: what was found.
         equations: the base.
         whitening: noise and disturbances of the logs.
-        plant: the plain simulator; None where nothing can be tried, as of a robot that follows no path.
+        plant: the plain simulator; None where nothing can be simulated, as of a robot that follows no path.
     """
-    rivals = {finding.effect: _testable(finding, equations) for finding in findings}
-    if plant is None or not follows_paths(plant.robot) or not any(rivals.values()):
+    testable = {finding.effect: _testable(finding, equations) for finding in findings}
+    if plant is None or not follows_paths(plant.robot) or not any(testable.values()):
         return tuple(
-            replace(finding, separate_by=_untried(finding, rivals[finding.effect], equations)) for finding in findings
+            replace(finding, separate_by=_unflown(finding, testable[finding.effect], equations)) for finding in findings
         )
     keys = dict.fromkeys(
-        key for finding in findings if rivals[finding.effect] for key in (finding.effect, *rivals[finding.effect])
+        key for finding in findings if testable[finding.effect] for key in (finding.effect, *testable[finding.effect])
     )
     library = Library.of(equations, [effect(key, equations) for key in keys])
     flights, result = _Flights(plant, equations), []
     for finding in findings:
-        outcomes, others = list[_Outcome](), rivals[finding.effect]
+        outcomes, others = list[_Outcome](), testable[finding.effect]
         for flown in flights.made_for((finding.effect, *others)) if others else ():
             outcomes.append(_outcome(finding, others, library, whitening, flown))
             if outcomes[-1].left > 1.0 and max(outcomes[-1].explained.values()) < SETTINGS.clear:
                 break
-        advised = _advice(finding, outcomes, equations) if outcomes else _untried(finding, others, equations)
+        advised = _advice(finding, outcomes, equations) if outcomes else _unflown(finding, others, equations)
         result.append(replace(finding, separate_by=advised))
     return tuple(result)
 
 
-def untried_said(findings: Sequence[Finding], equations: Equations, plant: MujocoPlant | None) -> tuple[str, ...]:
-    """A sentence where :func:`with_advice` names manoeuvres that it could not try; arguments as there."""
+def untested_notes(findings: Sequence[Finding], equations: Equations, plant: MujocoPlant | None) -> tuple[str, ...]:
+    """A sentence where :func:`with_advice` names manoeuvres that it could not simulate; arguments as there."""
     if plant is not None and follows_paths(plant.robot):
         return ()
-    return (UNTRIED,) if any(_testable(finding, equations) for finding in findings) else ()
+    return (UNTESTED,) if any(_testable(finding, equations) for finding in findings) else ()
 
 
 def _testable(finding: Finding, equations: Equations) -> tuple[str, ...]:
-    """Rivals that physics may tell from a finding, and that a fit can put in its place."""
+    """Alternatives that physics may distinguish from a finding, and that a fit can put in its place."""
     if effect(finding.effect, equations).searching.swings:
         return ()
     others = [key for key in finding.group if key != finding.effect and not _always(key, finding.effect, equations)]
-    # One that stands for a rival on every flight fares as that does.
+    # One that stands for an alternative on every flight fares as that does.
     first = [
         key for place, key in enumerate(others) if not any(_always(key, other, equations) for other in others[:place])
     ]
-    return tuple(key for key in first if effect(key, equations).applies(equations))[:MOST_RIVALS]
+    return tuple(key for key in first if effect(key, equations).applies(equations))[:MOST_ALTERNATIVES]
 
 
 def _always(key: str, other: str, equations: Equations) -> bool:
@@ -146,7 +146,7 @@ class _Flights:
 
 
 def _outcome(
-    finding: Finding, rivals: Sequence[str], library: Library, whitening: Whitening, flown: tuple[Trial, Dataset]
+    finding: Finding, alternatives: Sequence[str], library: Library, whitening: Whitening, flown: tuple[Trial, Dataset]
 ) -> _Outcome:
     trial, data = flown
     values = library.null
@@ -158,10 +158,10 @@ def _outcome(
     problems = Problems.of(problem, Spread.of(problem, library.null).like(whitening))
     nothing = problems.quadratics([Hypothesis((), library.null)])[0].total
     known, left = candidates(library, data), {}
-    for key in rivals:
-        own = [candidate for candidate in known if candidate.name == key]
-        hypotheses = [Hypothesis(one.free, library.null) for one in own]
-        hypotheses += [Hypothesis(one.free, one.started(library.null, level)) for one in own for level in one.starts]
+    for key in alternatives:
+        same = [candidate for candidate in known if candidate.name == key]
+        hypotheses = [Hypothesis(own.free, library.null) for own in same]
+        hypotheses += [Hypothesis(own.free, own.started(library.null, level)) for own in same for level in own.starts]
         fits = problems.fit(hypotheses, REFIT_STEPS)
         left[key] = min((fit.total for fit in fits), default=nothing)
     explained = {key: 1.0 - rest / max(nothing, 1e-300) for key, rest in left.items()}
@@ -170,19 +170,19 @@ def _outcome(
 
 
 def _advice(finding: Finding, outcomes: Sequence[_Outcome], equations: Equations) -> str:
-    """What to fly, and what that shows; or that nothing which was tried would do."""
+    """What to fly, and what that shows; or that no manoeuvre simulated would do."""
     best = max(outcomes, key=lambda outcome: outcome.left)
     shares = " and ".join(f"{key} explains {100 * part:.3g} %" for key, part in best.explained.items())
-    found = f"{best.words}: there {shares} of what {finding.effect} does"
+    shown = f"{best.words}: there {shares} of what {finding.effect} does"
     none = f"none of {len(outcomes)} manoeuvres simulated (at best {best.words}: {shares} of it)"
-    return "; ".join([found if best.left > 1.0 else none, *_never(finding, equations)])
+    return "; ".join([shown if best.left > 1.0 else none, *_never(finding, equations)])
 
 
-def _untried(finding: Finding, rivals: Sequence[str], equations: Equations) -> str:
+def _unflown(finding: Finding, others: Sequence[str], equations: Equations) -> str:
     never = _never(finding, equations)
-    if not rivals:
+    if not others:
         return "; ".join(never)
-    return "; ".join([*never, f"from {' or '.join(rivals)}: {finding.separate_by}"]) if never else finding.separate_by
+    return "; ".join([*never, f"from {' or '.join(others)}: {finding.separate_by}"]) if never else finding.separate_by
 
 
 def _never(finding: Finding, equations: Equations) -> list[str]:

@@ -142,8 +142,8 @@ class Plan:
     @property
     def pairs(self) -> tuple[tuple[str, str], ...]:
         """Pairs of effects that the manoeuvres leave inseparable, each once."""
-        found = {tuple(sorted((visible.effect, other))) for visible in self.visible for other in visible.like}
-        return tuple(sorted((first, second) for first, second in found))
+        inseparable = {tuple(sorted((visible.effect, other))) for visible in self.visible for other in visible.like}
+        return tuple(sorted((first, second) for first, second in inseparable))
 
     def to_dict(self) -> dict[str, Any]:
         """The object that ``sym2real plan --json`` prints."""

@@ -147,8 +147,8 @@ def _notes(data: Dataset, left_out: Sequence[float], errors: Sequence[HorizonErr
     ]
     lost = {name: at.horizon for at in errors[::-1] for name, error in at.errors.items() if isnan(error.value)}
     if lost:
-        found = ", ".join(f"{name} {horizon:.3g} s ahead" for name, horizon in lost.items())
-        notes.append(f"the model predicts no number of {found}: check the units of its commands and its parameters")
+        channels = ", ".join(f"{name} {horizon:.3g} s ahead" for name, horizon in lost.items())
+        notes.append(f"the model predicts no number of {channels}: check the units of its commands and its parameters")
     if left_out:
         notes.append(f"no log is long enough for horizons {left_out} s")
     few = [f"{at.windows} {at.horizon:.3g} s ahead" for at in errors if at.too_few]

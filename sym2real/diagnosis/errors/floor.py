@@ -53,12 +53,12 @@ class SensorNoise:
     def of(cls, data: Dataset) -> SensorNoise:
         """As third differences of the logs show it."""
         columns = {place: name for name, place in data.layouts.state.vector_places.items()}
-        found = {
+        slopes = {
             velocity: position
             for velocity, position in _velocities(data.layouts.state).items()
             if all(_is_slope(trajectory, columns[position], columns[velocity]) for trajectory in data)
         }
-        return cls(component_noise(data), found, data.dt)
+        return cls(component_noise(data), slopes, data.dt)
 
     @classmethod
     def assumed(cls, sensors: Mapping[str, float], data: Dataset) -> SensorNoise:
@@ -205,9 +205,9 @@ def floor_of_explained(
     kinds = disturbances(library.equations)
     pieces = max(1, round(max(steps) * PIECES / segment_length(layout, data.dt)))
     power = torch.tensor([whitening.disturbances[name] / size for name, size in kinds], dtype=torch.float64)
-    pushed = (problem.disturbance_jacobian(values, kinds, pieces) * power[:, None]).square().sum((-1, -2))
+    disturbed = (problem.disturbance_jacobian(values, kinds, pieces) * power[:, None]).square().sum((-1, -2))
     row, size = torch.as_tensor(noise.of_a_row).square(), (windows.length, -1)
-    of_noise, whole = ((part.mean(0).reshape(size) + row)[steps] for part in (started, started + pushed))
+    of_noise, whole = ((part.mean(0).reshape(size) + row)[steps] for part in (started, started + disturbed))
     levels = zip(horizons, of_noise, whole, strict=True)
     return tuple(_floor(horizon, layout, square, quiet) for horizon, quiet, square in levels)
 
@@ -221,7 +221,7 @@ def no_higher_than_reached(floor: Sequence[Floor], stages: Sequence[Rung]) -> tu
     for level in floor:
         reached = [stage.horizons[level.horizon] for stage in stages if level.horizon in stage.horizons]
         errors = {
-            channel: (min([value, *(found[channel].value for found in reached)]), unit)
+            channel: (min([value, *(by_channel[channel].value for by_channel in reached)]), unit)
             for channel, (value, unit) in level.errors.items()
         }
         lowered.append(replace(level, errors=errors))
@@ -230,15 +230,15 @@ def no_higher_than_reached(floor: Sequence[Floor], stages: Sequence[Rung]) -> tu
 
 def _start_deviations(data: Dataset, windows: Segments, noise: SensorNoise, rng: np.random.Generator) -> Tensor:
     """How far starts move when the noise is drawn once more ``# (W, DRAWS, tangent)``."""
-    found = torch.zeros(len(windows), DRAWS, windows.layout.tangent_size, dtype=torch.float64)
+    moves = torch.zeros(len(windows), DRAWS, windows.layout.tangent_size, dtype=torch.float64)
     for index, trajectory in enumerate(data):
         mine = windows.log == index
         if not mine.any():
             continue
         for draw in range(DRAWS):
             again = torch.as_tensor(start_states(noise.added_to(trajectory, rng), windows.row[mine]))
-            found[torch.as_tensor(mine), draw] = windows.layout.difference(again, windows.start[torch.as_tensor(mine)])
-    return found
+            moves[torch.as_tensor(mine), draw] = windows.layout.difference(again, windows.start[torch.as_tensor(mine)])
+    return moves
 
 
 def _floor(horizon: float, layout: Layout, square: Tensor, of_noise: Tensor | None = None) -> Floor:

@@ -48,11 +48,11 @@ def one_step_residuals(model: Equations | DynamicsModel, data: Dataset, constant
         for place, name in enumerate(data.layouts.action)
         if name not in constant
     }
-    found = {
+    residuals = {
         name: residual_of(correlations.centred([rows[:, place] for rows in misses]), commands, lags, unit)
         for place, (name, unit) in enumerate(tangent_units(dataset.layouts.state).items())
     }
-    components = {name: residual for name, residual in found.items() if residual is not None}
+    components = {name: residual for name, residual in residuals.items() if residual is not None}
     return Residuals(dataset.dt, sum(map(len, misses)), lags, components)
 
 

@@ -30,7 +30,7 @@ MOST = 3
 DEPTH, LEAF = 2, 0.05  # of a tree; smallest piece as a part of the windows
 FEWEST_IN_LEAF = 8
 FOLDS = 5
-SAID = {HEIGHT: "vertical position", "xy": "horizontal position"}
+IN_WORDS = {HEIGHT: "vertical position", "xy": "horizontal position"}
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class Segment:
     @property
     def statement(self) -> str:
         """One sentence a person reads."""
-        off = f"{SAID.get(self.channel, self.channel)} off by {self.error:.2g} {_unit(self.channel)}"
+        off = f"{IN_WORDS.get(self.channel, self.channel)} off by {self.error:.2g} {_unit(self.channel)}"
         return f"{self.log} from {self.start:.1f} to {self.end:.1f} s: {off}"
 
     def to_dict(self) -> dict[str, Any]:
@@ -160,7 +160,7 @@ def _statement(errors: WindowErrors, channel: str, feature: str, target: Array, 
     trained = None if known is None else bool(known[0] <= np.median(values[inside]) <= known[1])
     coverage = float(inside.mean())
     words = _range_in_words(f"{feature} is", errors.units[feature], (low, high), values)
-    size_words = f"the {SAID.get(channel, channel)} error is {ratio:.1f}× larger"
+    size_words = f"the {IN_WORDS.get(channel, channel)} error is {ratio:.1f}× larger"
     statement = f"where {words} {size_words}; {100 * coverage:.0f} % of the data"
     if trained is not None:
         statement += f"; {'inside' if trained else 'outside'} the training region"

@@ -110,13 +110,13 @@ class Residuals:
 
     def suspicious(self) -> dict[str, str]:
         """Commands that a residual follows, each with the component that does so most clearly."""
-        found: dict[str, tuple[float, str]] = {}
+        clearest: dict[str, tuple[float, str]] = {}
         for name, residual in self.components.items():
             for command, following in residual.commands.items():
                 size = float(np.abs(following.causal).max()) / following.deviation
-                if size > max(self.command_bar, found.get(command, (0.0, ""))[0]):
-                    found[command] = size, name
-        return {command: name for command, (_, name) in found.items()}
+                if size > max(self.command_bar, clearest.get(command, (0.0, ""))[0]):
+                    clearest[command] = size, name
+        return {command: name for command, (_, name) in clearest.items()}
 
     def lines(self) -> list[str]:
         """What a person should know, a sentence each."""

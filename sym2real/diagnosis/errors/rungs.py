@@ -110,7 +110,7 @@ def horizons_for(data: Dataset, longest: float | None = None, after: float = 0.0
     return tuple(horizon for horizon in wanted if 1 <= round(horizon / data.dt) <= rows)
 
 
-def cut_said(horizons: Sequence[float], wanted: float | None) -> tuple[str, ...]:
+def cut_notes(horizons: Sequence[float], wanted: float | None) -> tuple[str, ...]:
     """A sentence where the logs do not reach the longest horizon (s) that was wanted."""
     longest = max(horizons, default=0.0)
     if wanted is None or longest > wanted - 1e-9:
@@ -146,14 +146,14 @@ def ladder(
     if fold_of is not None:
         folds = torch.as_tensor(fold_of)[torch.as_tensor(windows.log)].long()
     blocks = {count: max(SHORTEST_BLOCK, ceil(count / stride_of(data.dt))) for count in steps.values()}
-    found, unchanged = [], [_errors(windows.start, windows, *block) for block in blocks.items()]
+    rungs, unchanged = [], [_errors(windows.start, windows, *block) for block in blocks.items()]
     for name, sets in stages:
         mine = problem.states_by_segment(sets, folds if len(sets) > 1 else torch.zeros_like(folds))
         table = {at: _errors(mine[:, count], windows, count, blocks[count]) for at, count in steps.items()}
         pairs = zip(table.items(), unchanged, strict=True)
         worse = {at: tuple(c for c in judged(own) if own[c].low > still[c].high) for (at, own), still in pairs}
-        found.append(Rung(name, table, not all(worse.values()), worse))
-    return found
+        rungs.append(Rung(name, table, not all(worse.values()), worse))
+    return rungs
 
 
 def _errors(predicted: Tensor, windows: Segments, step: int, block: int) -> dict[str, RungError]:

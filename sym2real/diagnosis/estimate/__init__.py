@@ -1,1 +1,1 @@
-"""Fits: the covariance that weighs errors, joint Gauss-Newton steps, the base's own errors, tests beyond chance."""
+"""Fits: the covariance of errors, joint Gauss-Newton steps, the base's own errors, tests beyond chance."""

@@ -56,18 +56,18 @@ def refined(library: Library, flown: Dataset, logs: Dataset) -> Equations:
         logs: whose sensors' noise says what matters.
     """
     noise, segments = component_noise(logs), cut(flown)
-    given = _weighed(library, segments, flown, noise)
+    given = _weighted(library, segments, flown, noise)
     free = _of_constants(library.base)
     if given.total(library.null) < SETTINGS.worth_saying * given.whitening.freedom or len(free.slots) > MOST_CONSTANTS:
         return library.base
-    problems, start = _weighed(free, comparing(segments, (*COMPARED, "velocity")), flown, noise), free.null
+    problems, start = _weighted(free, comparing(segments, (*COMPARED, "velocity")), flown, noise), free.null
     values = improved(problems, tuple(range(len(free.slots))), start, start, REFINING_STEPS)
-    found = dict(zip((slot.parameter.name for slot in free.slots), values.tolist(), strict=True))
-    return replace(lifted(library.base), parameters={**library.base.parameters, **found})
+    constants = dict(zip((slot.parameter.name for slot in free.slots), values.tolist(), strict=True))
+    return replace(lifted(library.base), parameters={**library.base.parameters, **constants})
 
 
-def _weighed(library: Library, segments: Segments, flown: Dataset, noise: Array) -> Problems:
-    """Errors weigh by the sensors' noise alone ``# (tangent,)``: what the simulator does, nothing disturbs."""
+def _weighted(library: Library, segments: Segments, flown: Dataset, noise: Array) -> Problems:
+    """Errors weighted by the sensors' noise alone ``# (tangent,)``: what the simulator does, nothing disturbs."""
     problem = Problem(library, flown, segments)
     spread = Spread.of(problem, library.null)
     power = torch.full((len(spread.names),), LEAST, dtype=torch.float64)
@@ -150,7 +150,7 @@ def calibrated(library: Library, candidates: Sequence[Candidate], data: Dataset,
         library: effects in the base's equations.
         candidates: what may explain them.
         data: of :func:`~sym2real.diagnosis.estimate.simulator.flown_along`.
-        variances: of the logs' whitening, so that errors weigh here as they weigh there.
+        variances: of the logs' whitening, so that errors have the same weights here as there.
     """
     problem = Problem(library, data)
     spread = Spread.of(problem, library.null)
@@ -164,13 +164,13 @@ def calibrated(library: Library, candidates: Sequence[Candidate], data: Dataset,
     return Calibration(problem, spread, whitening, improved(problems, free, library.null, library.null, STEPS))
 
 
-def _worth_it(problems: Problems, everything: Fit, rivals: Sequence[Candidate], least: float) -> list[Candidate]:
+def _worth_it(problems: Problems, everything: Fit, candidates: Sequence[Candidate], least: float) -> list[Candidate]:
     """Candidates that lower the quadratic model's loss by ``least`` each, the best first."""
     chosen: list[Candidate] = []
     saved = 0.0
     while len(chosen) < MOST_EFFECTS:
         trials = []
-        for candidate in (candidate for candidate in rivals if candidate not in chosen):
+        for candidate in (candidate for candidate in candidates if candidate not in chosen):
             part = everything.part([slot for other in (*chosen, candidate) for slot in other.free])
             step = problems.best_step(part)
             change = 2 * part.gradient.sum(0) @ step + step @ part.curvature.sum(0) @ step

@@ -58,7 +58,7 @@ NONE = Nuisance()
 
 @dataclass(frozen=True, eq=False)
 class Problems:
-    """A problem with what weighs it: whitening, folds of the cross-validation, blocks of the cluster-robust test.
+    """A problem with what weights it: whitening, folds of the cross-validation, blocks of the cluster-robust test.
 
     Every hypothesis has the nuisance free beside its own parameters.
 
@@ -133,7 +133,7 @@ class Problems:
     def fit(self, hypotheses: Sequence[Hypothesis], steps: int) -> list[Fit]:
         """Gauss–Newton with a line search, all hypotheses in one rollout per step; what was asked before is known."""
         asked = [(hypothesis.free, hypothesis.values.numpy().tobytes(), steps) for hypothesis in hypotheses]
-        new = {key: one for key, one in zip(asked, hypotheses, strict=True) if key not in self._known}
+        new = {key: hypothesis for key, hypothesis in zip(asked, hypotheses, strict=True) if key not in self._known}
         self._known.update(zip(new, self._fit(list(new.values()), steps), strict=True))
         return [self._known[key] for key in asked]
 

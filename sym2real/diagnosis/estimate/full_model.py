@@ -27,22 +27,22 @@ PRIOR = 1.0
 ROUNDING = 1e-9
 
 
-def full_fit(problems: Problems, tried: Sequence[Candidate], start: Tensor, last: Tensor | None = None) -> Tensor:
+def full_fit(problems: Problems, competing: Sequence[Candidate], start: Tensor, last: Tensor | None = None) -> Tensor:
     """Parameter set ``# (P,)`` of the fit of everything.
 
     Args:
         problems: data with a first whitening.
-        tried: effects that compete.
+        competing: effects that compete.
         start: where the fit starts, the mean of the priors ``# (P,)``.
         last: result with an earlier whitening, to go on from ``# (P,)``.
     """
-    smooth, others = ([candidate for candidate in tried if candidate.needs_start is flag] for flag in (False, True))
+    smooth, others = ([candidate for candidate in competing if candidate.needs_start is flag] for flag in (False, True))
     if last is not None:
         kept = [candidate for candidate in others if last[candidate.free[0]] != start[candidate.free[0]]]
         return _fitted(problems, [*smooth, *kept], _centre(start, last, kept), last, AGAIN)
     fits = [_fitted(problems, smooth, start, start, STEPS)]
-    for rivals in (others, smooth):
-        away, started = _with_a_start(problems, rivals, start)
+    for candidates in (others, smooth):
+        away, started = _with_a_start(problems, candidates, start)
         if started:
             fits.append(_fitted(problems, [*smooth, *started], away, away, STEPS))
     return fits[int(problems.totals(fits).argmin())]
@@ -60,15 +60,15 @@ def _fitted(problems: Problems, chosen: Sequence[Candidate], centre: Tensor, val
     return improved(problems, free, values, centre, steps)
 
 
-def _with_a_start(problems: Problems, rivals: Sequence[Candidate], values: Tensor) -> tuple[Tensor, list[Candidate]]:
-    """The parameter set with the one rival that saves most by itself, if any saves much."""
-    trials = [(candidate, level) for candidate in rivals for level in candidate.starts]
+def _with_a_start(problems: Problems, competing: Sequence[Candidate], values: Tensor) -> tuple[Tensor, list[Candidate]]:
+    """The parameter set with the one candidate that saves most by itself, if any saves much."""
+    trials = [(candidate, level) for candidate in competing for level in candidate.starts]
     if not trials:
         return values, []
     sets = [values, *(candidate.started(values, level) for candidate, level in trials)]
     losses = problems.totals(sets)
     best = int(losses[1:].argmin())
-    if float(losses[best + 1]) > (1 - SETTINGS.one_more) * float(losses[0]):
+    if float(losses[best + 1]) > (1 - SETTINGS.another_effect) * float(losses[0]):
         return values, []
     return sets[best + 1], [trials[best][0]]
 
@@ -105,6 +105,6 @@ def _bounded_step(problems: Problems, fit: Fit, centre: Tensor) -> Tensor:
 def lower_factor(curvature: Array) -> Array:
     """Cholesky factor ``# (A, A)`` of a curvature that rounding may have made indefinite.
 
-    Logs almost without noise weigh so much that rounding exceeds the prior.
+    Logs almost without noise have so large a weight that rounding exceeds the prior.
     """
     return np.asarray(np.linalg.cholesky(curvature + ROUNDING * np.diag(curvature.diagonal())), dtype=np.float64)

@@ -18,7 +18,7 @@ from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.settings import SETTINGS
 
 
-def beyond_chance(problems: Problems, fit: Fit, candidate: Candidate, origin: Tensor, tried: int) -> bool:
+def beyond_chance(problems: Problems, fit: Fit, candidate: Candidate, origin: Tensor, tested: int) -> bool:
     """Whether a candidate's parameters differ from none beyond chance; with few blocks nobody can say.
 
     Args:
@@ -26,37 +26,37 @@ def beyond_chance(problems: Problems, fit: Fit, candidate: Candidate, origin: Te
         fit: of the candidate and others, at its best.
         candidate: the effect, or the effects, in question.
         origin: parameter set without effects ``# (P,)``.
-        tried: number of hypotheses that had a chance.
+        tested: number of hypotheses that had a chance.
     """
     if problems.block_count < SETTINGS.fewest_pieces:
         return True
     distance = Distance.of(problems, fit, candidate, origin)
     if _enough_logs(problems, len(candidate.free)) and distance.chance(problems.logs) > SETTINGS.false_alarms_by_logs:
         return False
-    return distance.chance(problems.blocks) < SETTINGS.false_alarms_of_each(tried)
+    return distance.chance(problems.blocks) < SETTINGS.false_alarms_of_each(tested)
 
 
-def beyond_trim(problems: Problems, fit: Fit, candidate: Candidate, origin: Tensor, tried: int) -> bool:
+def beyond_trim(problems: Problems, fit: Fit, candidate: Candidate, origin: Tensor, tested: int) -> bool:
     """Whether whole logs, whose trim differs from run to run, tell a candidate from none at the rate of a data set.
 
     Few logs have no trim to speak of.
 
     Args:
-        problems, fit, candidate, origin, tried: as of :func:`beyond_chance`.
+        problems, fit, candidate, origin, tested: as of :func:`beyond_chance`.
     """
     if problems.log_count < SETTINGS.fewest_logs:
         return False
     chance = Distance.of(problems, fit, candidate, origin).chance(problems.logs)
-    return chance < SETTINGS.false_alarms_of_each(tried)
+    return chance < SETTINGS.false_alarms_of_each(tested)
 
 
-def sizes_beyond_chance(problems: Problems, fit: Fit, tried: int) -> Tensor:
+def sizes_beyond_chance(problems: Problems, fit: Fit, tested: int) -> Tensor:
     """Sizes of an effect's parameters, each alone, from which on :func:`beyond_chance` holds, in units of scales.
 
     Args:
         problems: what was fitted.
         fit: of the effect where it is none.
-        tried: number of hypotheses that had a chance.
+        tested: number of hypotheses that had a chance.
 
     Returns:
         ``# (n,)``, none where nobody can say.
@@ -65,7 +65,7 @@ def sizes_beyond_chance(problems: Problems, fit: Fit, tried: int) -> Tensor:
     here = Distance(fit.gradient.new_zeros(count), list(range(count)), fit.gradient, fit.curvature)
     if problems.block_count < SETTINGS.fewest_pieces:
         return torch.zeros_like(here.away)
-    sizes = here.sizes_at(SETTINGS.false_alarms_of_each(tried), problems.blocks)
+    sizes = here.sizes_at(SETTINGS.false_alarms_of_each(tested), problems.blocks)
     if not _enough_logs(problems, len(sizes)):
         return sizes
     return torch.maximum(sizes, here.sizes_at(SETTINGS.false_alarms_by_logs, problems.logs))

@@ -1,4 +1,4 @@
-"""A force that swings: its frequency and its phase in every log, settled before the search, which then weighs its size.
+"""A force that swings: its frequency and its phase in every log, settled before the search, which estimates its size.
 
 The likelihood of a frequency has as many peaks as a log has periods, so that no fit finds it from its null. What a
 full model leaves is therefore looked at frequency by frequency: a sine and a cosine of each force, constant over
@@ -107,9 +107,9 @@ class _Rows:
         matrix = -solve(curvature, gradient.flatten()).reshape(gradient.shape)
         return replace(self, gradient=self.gradient + torch.einsum("sdpem,em->sdp", half, matrix))
 
-    def pushed(self, place: int, push: Tensor) -> _Rows:
+    def with_force(self, place: int, force: Tensor) -> _Rows:
         """With a force along one axis on every piece besides, N ``# (S, P)``."""
-        moved = torch.einsum("sdpq,sq->sdp", self.curvature[:, :, :, place], push)
+        moved = torch.einsum("sdpq,sq->sdp", self.curvature[:, :, :, place], force)
         return replace(self, gradient=self.gradient + moved)
 
     def normal(self, omegas: Sequence[float]) -> tuple[Tensor, Tensor]:
@@ -179,8 +179,8 @@ def smallest_swings(problems: Problems, chance: float) -> tuple[Swing | None, di
         sizes = LARGER / max(1e-300, float(torch.einsum("spq,sp,sq->", own, wave, wave))) ** 0.5
 
         def seen(size: float) -> bool:
-            pushed = rows.pushed(place, size * wave)
-            beside = pushed.beside_motion() if _own_motion(problem, omega, size) else pushed
+            forced = rows.with_force(place, size * wave)
+            beside = forced.beside_motion() if _own_motion(problem, omega, size) else forced
             return _chance(beside, problems, omega) <= limit
 
         at = bisect_left(sizes, True, key=seen)
@@ -267,8 +267,8 @@ def _phases(rows: _Rows, omega: float, logs: int) -> tuple[float, ...]:
     along = torch.linalg.eigh(torch.einsum("lkd,lke->de", waves, waves))[1][:, -1]
     along = along * along[along.abs().argmax()].sign()
     sine, cosine = (waves @ along).unbind(1)
-    found = dict(zip(np.unique(rows.log).tolist(), torch.atan2(cosine, sine).tolist(), strict=True))
-    return tuple(found.get(log, 0.0) for log in range(logs))
+    phases = dict(zip(np.unique(rows.log).tolist(), torch.atan2(cosine, sine).tolist(), strict=True))
+    return tuple(phases.get(log, 0.0) for log in range(logs))
 
 
 def _own_motion(problem: Problem, omega: float, force: float) -> bool:

@@ -73,7 +73,7 @@ class Products:
         return rows.new_zeros(self.inner.shape[1]).index_add(0, self.channel, rows.sum(0))
 
 
-def root_beside_one(squares: Tensor) -> Tensor:
+def root_plus_identity(squares: Tensor) -> Tensor:
     """The lower triangular root of 1 + GᵀG ``# (…, K, K)``, where G may be so large that rounding hides the 1."""
     whole = torch.eye(squares.shape[-1], dtype=squares.dtype) + squares
     root: Tensor
@@ -104,7 +104,7 @@ def _factors(products: Products, sensor: Tensor, power: Tensor) -> tuple[Tensor,
     inside = (weight @ products.inner).unflatten(-1, (size, size))  # (S, K, K)
     along = weight @ products.outer  # (S, K)
     unit = torch.eye(size, dtype=scale.dtype)
-    root = torch.linalg.solve_triangular(root_beside_one(inside * scale * scale[:, None]), unit, upper=False)
+    root = torch.linalg.solve_triangular(root_plus_identity(inside * scale * scale[:, None]), unit, upper=False)
     spread = scale * (root.mT @ root) * scale[:, None]  # covariance of the columns' coefficients
     held = (spread @ along[..., None])[..., 0]
     left = products.residuals - (products.columns @ held[..., None])[..., 0]

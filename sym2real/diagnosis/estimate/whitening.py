@@ -23,7 +23,7 @@ from math import lgamma, log
 import torch
 from torch import Tensor
 
-from sym2real.diagnosis.estimate.variances import Products, most_likely, root_beside_one
+from sym2real.diagnosis.estimate.variances import Products, most_likely, root_plus_identity
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects.body import GRAVITY, SPAN_PART
@@ -157,7 +157,7 @@ class Spread:
             [self.start, (self.disturbances * power.sqrt()[:, None]).reshape(segments, rows, -1)], dim=-1
         )
         weighted = columns * weight[:, None]
-        lower = root_beside_one(columns.mT @ weighted)
+        lower = root_plus_identity(columns.mT @ weighted)
         lost = torch.linalg.solve_triangular(lower, weighted.mT, upper=False).mT
         freedom = segments * (rows - int(torch.linalg.matrix_rank(self.start[0])))
         deviations = power.sqrt() * self.sizes

@@ -1,4 +1,4 @@
-"""Something wrong with the data: a transformation of its columns, what is said of it, and sensors that report so."""
+"""Something wrong with the data: a transformation of its columns, its description, and sensors that report so."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Fault:
 
     @property
     def name(self) -> str:
-        """For a sentence: without an effect, what is told before its figures."""
+        """For a sentence: without an effect, what is reported before its figures."""
         if not self.effect:
             return self.evidence.partition(":")[0]
         without_value = self.value is None or self.effect.startswith(SENSOR_SIGN.name)
@@ -78,7 +78,7 @@ class Breach:
             as_meant(self.transformation, log) if here in (None, place) else log for place, log in enumerate(data)
         )
 
-    def in_one(self, data: Dataset, place: int) -> Breach:
+    def in_log(self, data: Dataset, place: int) -> Breach:
         """As found in the log at this place alone."""
         return replace(self, log=(place, data[place].name))
 

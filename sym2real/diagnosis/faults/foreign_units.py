@@ -1,13 +1,13 @@
 """Columns in another unit than the vocabulary's, known by how many times too large or small they are: deg/s, mm, mN.
 
 What is measured twice tells: rates against the attitude that they turn, velocities against the position that they move,
-and how a quadrotor is pushed aside against where its thrust points. A column is judged alone, and only where both
+and how a quadrotor accelerates sideways against where its thrust points. A column is judged alone, and only where both
 go together so well that noise cannot make one seem larger; those that hardly move go with the others.
 
 Of commands the model tells. With a thrust in mN, rates in deg/s or motors in percent it predicts worse by far than that
 nothing changes: each is divided by every factor on a grid, and belongs to the unit whose factor is nearest to the one
 by which a step ahead is predicted. A gain or a limit of a few times is an effect; so units that are less than ten times
-apart are not told here.
+apart are not distinguished here.
 """
 
 from __future__ import annotations
@@ -38,14 +38,14 @@ MOST_ROWS = 500
 
 
 def _positions(data: Dataset) -> Judged:
-    pushed = _ratio(thrust_agreement(list(data)))
-    if pushed is not None and abs(log(pushed)) >= log(SETTINGS.unheard_of):  # nearer, thrust is of a fast turn
+    by_thrust = _ratio(thrust_agreement(list(data)))
+    if by_thrust is not None and abs(log(by_thrust)) >= log(SETTINGS.unheard_of):  # nearer, thrust is of a fast turn
         columns = (name for name in POSITION.columns if name in data.layouts.state)
-        return dict.fromkeys(columns, pushed), "how far thrust moves the robot"
+        return dict.fromkeys(columns, by_thrust), "how far thrust moves the robot"
     moved, rates = _ratios(velocity_agreement(list(data))), data.layouts.state.rates.items()
     inverse = {place: None if (ratio := moved[rate]) is None else 1.0 / ratio for place, rate in rates}
     level = [ratio for place in POSITION.columns[:2] if (ratio := inverse.get(place)) is not None]
-    small = [ratio for ratio in level if pushed is not None and abs(log(ratio / pushed)) > abs(log(pushed))]
+    small = [ratio for ratio in level if by_thrust is not None and abs(log(ratio / by_thrust)) > abs(log(by_thrust))]
     for place, ratio in inverse.items():
         # Of a coordinate and its rate the larger numbers are wrong, but where thrust says that the smaller are.
         if ratio and (ratio < 1.0 or any(abs(log(ratio / other)) < log(SETTINGS.unit_near) for other in small)):
@@ -61,8 +61,8 @@ def _rates(data: Dataset) -> Judged:
     return _ratios(rate_agreement(list(data))), "what the robot turns by"
 
 
-def _ratios(found: Mapping[str, Agreement]) -> dict[str, float | None]:
-    return {name: _ratio(agreement) for name, agreement in found.items()}
+def _ratios(agreements: Mapping[str, Agreement]) -> dict[str, float | None]:
+    return {name: _ratio(agreement) for name, agreement in agreements.items()}
 
 
 def _by_log(judge: Callable[[Dataset], Judged], data: Dataset) -> list[Breach]:
@@ -72,11 +72,11 @@ def _by_log(judge: Callable[[Dataset], Judged], data: Dataset) -> list[Breach]:
     judged = [{name: ratio for name, ratio in ratios.items() if ratio is not None} for ratios, _ in alone]
     large = [{name for name, ratio in own.items() if in_unit((name,), meant[name], ratio)} for own in judged]
     if any(set[str]().union(*large) & own.keys() - here for own, here in zip(judged, large, strict=True)):
-        return [foreign.in_one(data, place) for place, own in enumerate(alone) for foreign in _foreign(*own, meant)]
+        return [foreign.in_log(data, place) for place, own in enumerate(alone) for foreign in _foreign(*own, meant)]
     return _foreign(*judge(data), meant)
 
 
-# Position and joints, by a quadrotor's pushes or by their rates; velocities, by how the position changes; body rates,
+# Position and joints, by a quadrotor's thrust or by their rates; velocities, by how the position changes; body rates,
 # by how the attitude or heading turns.
 BY_SENSORS = tuple(partial(_by_log, judge) for judge in (_positions, _velocities, _rates))
 
@@ -86,17 +86,17 @@ def _foreign(ratios: Mapping[str, float | None], than: str, meant: Mapping[str, 
     judged = {name: ratio for name, ratio in ratios.items() if ratio is not None}
     units = {name: in_unit((name,), meant[name], ratio) for name, ratio in judged.items()}
     entries = []
-    for wanted, found in sorted({(meant[name], scaled.unit) for name, scaled in units.items() if scaled is not None}):
-        own = [name for name, scaled in units.items() if scaled and (meant[name], scaled.unit) == (wanted, found)]
+    for wanted, unit in sorted({(meant[name], scaled.unit) for name, scaled in units.items() if scaled is not None}):
+        own = [name for name, scaled in units.items() if scaled and (meant[name], scaled.unit) == (wanted, unit)]
         alike = [name for name in ratios if meant[name] == wanted]
         columns = alike if all(name in own or ratios[name] is None for name in alike) else own
         ratio = float(np.exp(np.mean(np.log([judged[name] for name in own]))))
-        factor = float(factors(wanted)[found] ** np.sign(log(ratio))) if found else ratio
-        entries.append(Breach(Scaled(tuple(columns), factor, found), times_said(ratio, than)))
+        factor = float(factors(wanted)[unit] ** np.sign(log(ratio))) if unit else ratio
+        entries.append(Breach(Scaled(tuple(columns), factor, unit), scale_text(ratio, than)))
     return entries
 
 
-def times_said(ratio: float, than: str) -> str:
+def scale_text(ratio: float, than: str) -> str:
     """What shows a scale, one clause."""
     times = np.format_float_positional(ratio, precision=3, fractional=False, trim="-")
     return f"the logged numbers are {times} times {than}"
@@ -127,8 +127,8 @@ class Steps:
     @classmethod
     def of(cls, model: Equations, data: Dataset) -> Steps | None:
         """None where the logs have other columns than the model, or nothing moves."""
-        found = from_row_to_row(model, data)
-        steps = None if found is None else cls(model, *found)
+        per_row = from_row_to_row(model, data)
+        steps = None if per_row is None else cls(model, *per_row)
         return None if steps is None or not bool((steps._changed > 0).any()) else steps
 
     def only(self, place: int) -> Steps:
@@ -186,23 +186,23 @@ def foreign_commands(model: Equations, data: Dataset, *, first: bool = False) ->
     together = Steps.of(model, data)
     if together is None:
         return []
-    alone, found = [together.only(place) for place in range(len(data))], _foreign_steps(together)
+    alone, breaches = [together.only(place) for place in range(len(data))], _foreign_steps(together)
     pairs = ((own.missed((), 1.0), together.only(place).missed((), 1.0)) for place, own in enumerate(alone))
-    settled = all(now <= SETTINGS.unit_near * before for before, now in pairs) if found else first
+    settled = all(now <= SETTINGS.unit_near * before for before, now in pairs) if breaches else first
     if len(data) == 1 or settled:
-        return found
-    return [foreign.in_one(data, place) for place, own in enumerate(alone) for foreign in _foreign_steps(own)]
+        return breaches
+    return [foreign.in_log(data, place) for place, own in enumerate(alone) for foreign in _foreign_steps(own)]
 
 
 def _foreign_steps(steps: Steps) -> list[Breach]:
     """Those of one unit together where all of them are in another."""
-    found, settled = list[Breach](), list[str]()
+    breaches, settled = list[Breach](), list[str]()
     while (most := _most_foreign(steps, settled)) is not None:
         scaled, ratio = most
         steps.data = of_all(scaled, steps.data)
-        found.append(Breach(scaled, times_said(ratio, THAN)))
+        breaches.append(Breach(scaled, scale_text(ratio, THAN)))
         settled += scaled.columns
-    return found
+    return breaches
 
 
 def _most_foreign(steps: Steps, settled: Sequence[str]) -> tuple[Scaled, float] | None:
@@ -218,10 +218,10 @@ def _most_foreign(steps: Steps, settled: Sequence[str]) -> tuple[Scaled, float] 
         ratio = best_factor(partial(steps.missed, columns), between)
         (then, reverse), meant = steps.errors(columns, [ratio, -1.0]), steps.data.layouts.action.units[columns[0]]
         if (missed := float(then.mean())) < best[0] and steps.rise(columns, ratio) > SETTINGS.command_sides:
-            found = in_unit(columns, meant, ratio, (least, least), mass)
+            scaled = in_unit(columns, meant, ratio, (least, least), mass)
             # Of an angle beyond half a turn the tangent is that of a smaller one with the other sign.
-            if found is not None and _mended(now, then) and _mended(reverse, then):
-                best = missed, (found, ratio)
+            if scaled is not None and _mended(now, then) and _mended(reverse, then):
+                best = missed, (scaled, ratio)
     return best[1]
 
 

@@ -1,7 +1,7 @@
 """Attitudes and headings that are meant otherwise than they were read: in degrees, scalar last, exchanged, mirrored.
 
 Of angles that are 57 times too large whole turns are lost, which rates count (``derive.counted_angles``). Where the
-heading then starts follows from where the robot is pushed, or goes.
+heading then starts follows from where the robot accelerates, or goes.
 """
 
 from __future__ import annotations
@@ -94,10 +94,10 @@ def scalar_last(data: Dataset) -> list[Breach]:
 
 
 def _correlation(data: Dataset) -> float:
-    """The least of rates with the attitude's derivative and of the push with the thrust's axis; NaN where all rests."""
+    """The least of rates with the attitude's derivative and of accelerations with the thrust; NaN where all rests."""
     agreements = (*rate_agreement(list(data)).values(), thrust_agreement(list(data)))
-    found = [abs(agreement.correlation) for agreement in agreements if agreement.correlation is not None]
-    return min(found, default=float("nan"))
+    correlations = [abs(agreement.correlation) for agreement in agreements if agreement.correlation is not None]
+    return min(correlations, default=float("nan"))
 
 
 def other_angles(data: Dataset) -> list[Breach]:
@@ -108,13 +108,13 @@ def other_angles(data: Dataset) -> list[Breach]:
     columns = present(data, RATES), present(data, (*QUATERNION, *SINE_COSINE))
     if present(data, LEVEL) != LEVEL or columns not in ((RATES, QUATERNION), (RATES[-1:], SINE_COSINE)):
         return []
-    found = _misread(data, columns[1])
-    if found or points_along([*data]) > SETTINGS.mostly:
-        return found
+    breaches = _misread(data, columns[1])
+    if breaches or points_along([*data]) > SETTINGS.mostly:
+        return breaches
     rates = Breach(Scaled(columns[0], DEGREES, "deg/s"), "they turn the attitude as it is meant")
     in_radians = rates.undone(data)
-    found = _misread(in_radians, columns[1])
-    return [rates, *found] if found and points_along([*found[0].undone(in_radians)]) > SETTINGS.mostly else []
+    breaches = _misread(in_radians, columns[1])
+    return [rates, *breaches] if breaches and points_along([*breaches[0].undone(in_radians)]) > SETTINGS.mostly else []
 
 
 def _misread(data: Dataset, columns: tuple[str, ...]) -> list[Breach]:
@@ -126,13 +126,13 @@ def _misread(data: Dataset, columns: tuple[str, ...]) -> list[Breach]:
             f"an attitude in {' that is read as '.join(what)}", partial(_unit, unit), partial(_divided, times)
         )
         then = min(_concordance(of_all(meant, data)), default=0.0)
-        if then >= SETTINGS.mostly and (times > 1.0 or columns == SINE_COSINE or _pushed_as_turned(data)):
+        if then >= SETTINGS.mostly and (times > 1.0 or columns == SINE_COSINE or _moved_in_degrees(data)):
             shown = f"what moves the robot agrees with it by {then:.2f} of 1 then, by {max(now):.2f} as it stands"
             return [Breach(meant, shown)]
     return []
 
 
-def _pushed_as_turned(data: Dataset) -> bool:
+def _moved_in_degrees(data: Dataset) -> bool:
     """Whether thrust moves a robot 57 times too far as well, and no unit of its position says so better."""
     ratio = thrust_agreement(list(data)).ratio
     off = {unit: abs(np.log(ratio / factor)) for unit, factor in (factors("m") | factors("rad")).items()}
@@ -147,9 +147,9 @@ def _unit(unit: str, read: AsRead) -> str:
 
 def _concordance(data: Dataset) -> tuple[float, ...]:
     """Of every rate that moves with the attitude, and of a car's way with its heading; nothing where that rests."""
-    rates = [found.concordance for found in rate_agreement(list(data)).values() if found.correlation is not None]
-    found = (*rates, together(courses(data), headings(data))) if present(data, SINE_COSINE) else (*rates,)
-    return found if np.isfinite(found).all() else ()
+    rates = [rate.concordance for rate in rate_agreement(list(data)).values() if rate.correlation is not None]
+    concordances = (*rates, together(courses(data), headings(data))) if present(data, SINE_COSINE) else (*rates,)
+    return concordances if np.isfinite(concordances).all() else ()
 
 
 def _divided(times: float, log: Trajectory) -> Trajectory:

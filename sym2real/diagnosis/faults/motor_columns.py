@@ -35,8 +35,8 @@ def order_of_motors(model: Equations, data: Dataset) -> MotorOrder | None:
     state, action = model.layouts.state, model.layouts.action
     if motors_of(action) != MOTORS or not all(name in state for name in RATES):
         return None
-    found = from_row_to_row(model, data)
-    return None if found is None else motor_order([_turning(found[0], log) for log in found[1]])
+    per_row = from_row_to_row(model, data)
+    return None if per_row is None else motor_order([_turning(per_row[0], log) for log in per_row[1]])
 
 
 def _turning(predict: VisibleModel, log: Trajectory) -> Turning:
@@ -67,8 +67,8 @@ def _caused(predict: VisibleModel, log: Trajectory, order: tuple[int, ...]) -> A
 def turned_the_other_way(model: Equations, data: Dataset) -> Dataset | None:
     """The logs with motors that give the same thrust, roll and pitch, and the opposite of their yaw torque.
 
-    None where the equations have no such torques, they follow from more than the motors, or motors would have to pull
-    that can only push.
+    None where the equations have no such torques, they follow from more than the motors, or motors would need a
+    negative thrust.
     """
     wanted = (THRUST_COLUMN, *MOTOR_TORQUES)
     if not all(name in model.quantities for name in wanted):
@@ -76,29 +76,29 @@ def turned_the_other_way(model: Equations, data: Dataset) -> Dataset | None:
     expressions = [spelled_out(model, model.quantities[name]) for name in wanted]
     if any(names_in(expression) - {*MOTORS} for expression in expressions):
         return None
-    pushed = compile_function(expressions, [MOTORS])
+    wrench_of = compile_function(expressions, [MOTORS])
     place, logs = data.layouts.action.indices(MOTORS), []
     for log in data:
-        motors = _mirrored(pushed, torch.as_tensor(log.action[:, place]))
+        motors = _mirrored(wrench_of, torch.as_tensor(log.action[:, place]))
         if motors is None:
             return None
         logs.append(log.with_columns(dict(zip(MOTORS, motors.numpy().T, strict=True))))
     return Dataset(logs)
 
 
-def _mirrored(pushed: Callable[[Tensor], Tensor], sent: Tensor) -> Tensor | None:
+def _mirrored(wrench_of: Callable[[Tensor], Tensor], sent: Tensor) -> Tensor | None:
     """Motors ``# (rows, 4)`` whose thrust and torques are those of others with the last reversed; None without any."""
-    goal = pushed(sent) * torch.tensor([1.0, 1.0, 1.0, -1.0], dtype=torch.float64)
+    goal = wrench_of(sent) * torch.tensor([1.0, 1.0, 1.0, -1.0], dtype=torch.float64)
     motors, steps = sent, STEP * torch.eye(4, dtype=torch.float64)
     for _ in range(ROUNDS):
-        here = pushed(motors)
-        slopes = (pushed(motors[:, None] + steps) - here[:, None]) / STEP  # (rows, motors, pushes)
+        here = wrench_of(motors)
+        slopes = (wrench_of(motors[:, None] + steps) - here[:, None]) / STEP  # (rows, motors, wrench)
         motors = motors + torch.linalg.solve_ex(slopes.mT, goal - here).result
-    missed = (pushed(motors) - goal).abs()
+    missed = (wrench_of(motors) - goal).abs()
     return motors if bool((missed <= MISSED * goal.abs().amax(0)).all()) else None
 
 
-def order_said(motor_order: MotorOrder) -> tuple[str, str]:
+def order_text(motor_order: MotorOrder) -> tuple[str, str]:
     """What shows another order, one clause, and what to change."""
     now, then = motor_order.as_it_stands, motor_order.correlation
     shown = f"how the rates change correlates with them by {then:.2f} then, by {now:.2f} as they stand"
@@ -116,7 +116,7 @@ def order_said(motor_order: MotorOrder) -> tuple[str, str]:
     )
 
 
-def spin_said(model: Equations, data: Dataset) -> tuple[str, str]:
+def spin_text(model: Equations, data: Dataset) -> tuple[str, str]:
     """What a model says that has the rotors turn the wrong way, one clause, and what to change."""
     log = with_inputs(model.layouts.inputs, data)[0]
     place = log.layouts.action.indices(MOTORS)
@@ -141,11 +141,11 @@ def motors(model: Equations, data: Dataset) -> Settled:
     if order is None:
         return (), data
     if order.moved:
-        faults.append(Fault("", *order_said(order)))
+        faults.append(Fault("", *order_text(order)))
         if not order.certain:
             return faults, data
         data = of_all(Exchanged(tuple(MOTORS[column] for column in order.columns), MOTORS, (1, 1, 1, 1)), data)
     if order.reversed:
-        faults.append(Fault("", *spin_said(model, data)))
+        faults.append(Fault("", *spin_text(model, data)))
         data = turned_the_other_way(model, data) or data
     return faults, data

@@ -10,7 +10,7 @@ import numpy as np
 from sym2real.dataset import Dataset, Logs
 from sym2real.diagnosis.data.preparation import long_enough
 from sym2real.diagnosis.faults.fault import Fault
-from sym2real.diagnosis.faults.sanity import check, slow_said
+from sym2real.diagnosis.faults.sanity import check, slow_notes
 from sym2real.diagnosis.faults.variation import Excitation, exact, exactness, excitation
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.json_objects import fields_of
@@ -64,20 +64,20 @@ class DataReport:
     @property
     def remarks(self) -> list[str]:
         """How much data there are, and what is not as it should be and no fault."""
-        found = [f"{self.logs} log{'s' if self.logs > 1 else ''}, {self.rows} rows, time step {self.dt:.4g} s"]
+        remarks = [f"{self.logs} log{'s' if self.logs > 1 else ''}, {self.rows} rows, time step {self.dt:.4g} s"]
         if self.jitter > SETTINGS.uneven:
-            found.append(f"the time step varies by {100 * self.jitter:.0f} %")
+            remarks.append(f"the time step varies by {100 * self.jitter:.0f} %")
         if self.gaps:
-            found.append(f"{self.gaps} gaps, the longest {self.longest_gap:.3g} s")
-        found += [*self.spacing, *exactness(self.exact, self.logs)]
+            remarks.append(f"{self.gaps} gaps, the longest {self.longest_gap:.3g} s")
+        remarks += [*self.spacing, *exactness(self.exact, self.logs)]
         for name, varied in self.commands.items():
             weak = f"{name} hardly varies (±{varied.deviation:.2g} {varied.unit}): effects on it cannot be seen"
-            found += [*([weak] if varied.weak else []), *varied.limits_said(name)]
+            remarks += [*([weak] if varied.weak else []), *varied.limit_notes(name)]
         unclear = {name: own for name, own in self.agreements.items() if own.verdict == "unclear"}.items()
-        found += [
+        remarks += [
             f"{name} and the derivative of the {own.of} correlate by {own.correlation:.2f}" for name, own in unclear
         ]
-        return found
+        return remarks
 
     def to_dict(self) -> dict[str, Any]:
         """The object ``data`` that ``compare --json`` prints."""
@@ -106,6 +106,6 @@ def data_report(data: Logs, model: Equations | None = None) -> DataReport:
         commands=excitation(logs),
         agreements=agreements(list(checked.data)),
         exact=sum(exact(trajectory) for trajectory in logs),
-        spacing=tuple(slow_said(model, checked.data)),
+        spacing=tuple(slow_notes(model, checked.data)),
         faults=checked.faults,
     )

@@ -70,7 +70,7 @@ def check(model: Equations | None, data: Dataset) -> Checked:
 
 @lru_cache(maxsize=2)  # the same logs are reported, diagnosed and drawn, and so are those that were kept aside
 def _checked(model: Equations | None, logs: tuple[Trajectory, ...]) -> Checked:
-    found: list[Fault] = []
+    all_faults: list[Fault] = []
     data = Dataset(replace(log, between=None) for log in logs)
     sensors = None if model is None else Sensors(model)
     data = data if sensors is None else through(sensors.state, data)
@@ -88,17 +88,17 @@ def _checked(model: Equations | None, logs: tuple[Trajectory, ...]) -> Checked:
     )
     for settle in steps:
         faults, data = settle(data)
-        found += faults
+        all_faults += faults
     require_reach(None if model is None else robot_of(model), data)
     data = rates_on_time(data if sensors is None else through(sensors.measured, data))
     data = with_one_clock(data if model is None else with_lost_commands(model, data))
     notes = (
         *lost_in_reading(data),
-        *slow_said(model, data),
-        *(line for name, command in excitation(list(data)).items() for line in command.limits_said(name)),
+        *slow_notes(model, data),
+        *(line for name, command in excitation(list(data)).items() for line in command.limit_notes(name)),
         *exactness(sum(exact(log) for log in data), len(data)),
     )
-    return Checked(data, tuple(found), notes, any(log.between is not None for log in data))
+    return Checked(data, tuple(all_faults), notes, any(log.between is not None for log in data))
 
 
 def looks_for(model: Equations | None) -> tuple[tuple[Look, ...], ...]:
@@ -145,16 +145,16 @@ def _fault(breach: Breach | BadRows, data: Dataset, read: AsRead) -> Fault:
 
 def _signs(data: Dataset) -> Settled:
     """Rates and velocities whose sign contradicts the derivative of the attitude, the position or the joint."""
-    wrong = {column: found for column, found in agreements(list(data)).items() if found.verdict == "reversed"}
-    said = "the logged {} and the {}'s derivative correlate by {:.3f}: wrong sign"
+    wrong = {column: own for column, own in agreements(list(data)).items() if own.verdict == "reversed"}
+    text = "the logged {} and the {}'s derivative correlate by {:.3f}: wrong sign"
     faults = [
-        Fault(f"{SENSOR_SIGN.name}:{column}", said.format(column, own.of, own.correlation), SENSOR_SIGN.fix, -1.0, True)
+        Fault(f"{SENSOR_SIGN.name}:{column}", text.format(column, own.of, own.correlation), SENSOR_SIGN.fix, -1.0, True)
         for column, own in wrong.items()
     ]
     return faults, of_all(Scaled((*wrong,), -1.0), data) if wrong else data
 
 
-def slow_said(model: Equations | None, data: Dataset) -> list[str]:
+def slow_notes(model: Equations | None, data: Dataset) -> list[str]:
     if model is None or data.dt <= (1.0 + SETTINGS.same) * model.dt:
         return []
     lost = "commands between rows are not in the logs, and what they did is not judged"

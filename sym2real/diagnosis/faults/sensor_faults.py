@@ -22,7 +22,7 @@ from sym2real.symbolic import Equations
 from sym2real.vocabulary import ATTITUDE, POSITION
 
 PREDICTED, TWO_SIDED = 2.0, 1.96  # s; standard deviations of a 95 % interval
-SAID = {
+EVIDENCE = {
     SENSOR_SCALE.name: "the logged {column} is {0:.3g} times what the {other} changes by",
     SENSOR_BIAS.name: "the logged {column} is off by {0:.3g} ± {2:.1g} from what the {other} changes by",
     TIME_SHIFT.name: "the logged {column} is {1:.0f} ms behind the {other}",
@@ -43,27 +43,27 @@ def clock_of(step: float, data: Dataset) -> Settled:
 
     Rows that are then nearer than a step, in s, are resampled to it.
     """
-    scaled = [one for one in readings(data) if one.scale != 1.0]
-    if not {one.of for one in scaled} >= {POSITION.name, ATTITUDE.name}:
+    scaled = [reading for reading in readings(data) if reading.scale != 1.0]
+    if not {reading.of for reading in scaled} >= {POSITION.name, ATTITUDE.name}:
         return (), data
-    by, names = float(np.median([one.scale for one in scaled])), ", ".join(one.column for one in scaled)
+    by, names = float(np.median([reading.scale for reading in scaled])), ", ".join(reading.column for reading in scaled)
     mended = Dataset(replace(log, time=log.time[0] + (log.time - log.time[0]) / by) for log in data)
-    if any(one.scale != 1.0 for one in readings(mended)):
+    if any(reading.scale != 1.0 for reading in readings(mended)):
         return (), data
-    said = f"the clock: {names} are all {by:.3g} times what the logs change by in the time of their stamps"
+    text = f"the clock: {names} are all {by:.3g} times what the logs change by in the time of their stamps"
     fix = f"multiply the stamps by {1 / by:.4g}, or give the rows a second as `rate` under [time] of a specification"
-    return [Fault("", said, fix)], Dataset(resampled(log, max(step, mended.dt)) for log in mended)
+    return [Fault("", text, fix)], Dataset(resampled(log, max(step, mended.dt)) for log in mended)
 
 
 def sensors_of(model: Equations | None, data: Dataset) -> Settled:
     """Scales, biases and time shifts of rates and velocities, but for scales that a model has without any fault."""
-    faults, read, found = [], AsRead(data[0].sources), readings(data)
-    own = of_the_model(model, data, PREDICTED) if model and any(reading.scale != 1.0 for reading in found) else {}
-    for reading in (_beside(own, reading) for reading in found):
+    faults, read, sensors = [], AsRead(data[0].sources), readings(data)
+    own = of_the_model(model, data, PREDICTED) if model and any(reading.scale != 1.0 for reading in sensors) else {}
+    for reading in (_beside(own, reading) for reading in sensors):
         data = Dataset(reading.undone(log) for log in data)
         for kind, value in reading.faulty.items():
             half = TWO_SIDED * reading.unsure
-            evidence = SAID[kind].format(value, 1e3 * value, half, column=reading.column, other=reading.of)
+            evidence = EVIDENCE[kind].format(value, 1e3 * value, half, column=reading.column, other=reading.of)
             known = {"number": read.scale(1.0 / value), "ms": 1e3 * value}
             loop = IN_A_LOOP if reading.column in RATES and data.layouts.state.has_field(ATTITUDE.name) else ""
             mend = MENDED[kind].format(read.column(reading.column), **known, loop=loop)

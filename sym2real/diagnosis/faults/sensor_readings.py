@@ -45,7 +45,7 @@ from sym2real.vocabulary import ATTITUDE, HEADING, POSITION
 STRETCH = 0.4  # s
 PATH, POSE = "path", (*POSITION.columns, *HEADING.columns)  # what a wheel's speed goes along, and what tells of it
 EARLIEST, LATEST = -5, 12
-Told = tuple[Array, Array, Array]  # of a log: time and what a sensor says, and how the other changes from row to row
+Signals = tuple[Array, Array, Array]  # of a log: time and what a sensor says, and how the other changes from row to row
 
 
 @dataclass(frozen=True)
@@ -106,12 +106,12 @@ def readings(data: Dataset, honest: float = 1.0) -> tuple[Reading, ...]:
         return ()
     for column, other in rates_of(data).items():
         if other == PATH:
-            told = [(log.time, along(log), way(log)) for log in logs]
-            found = _reading(told, AsRead(logs[0].sources).column(column), PATH, honest)
-            readings.append(found and OfWheel(**vars(found)))
+            signals = [(log.time, along(log), way(log)) for log in logs]
+            wheel = _reading(signals, AsRead(logs[0].sources).column(column), PATH, honest)
+            readings.append(wheel and OfWheel(**vars(wheel)))
         else:
-            told = [(log.time, log.column(column), _change(log, column, other)) for log in logs]
-            readings.append(_reading(told, column, other, honest))
+            signals = [(log.time, log.column(column), _change(log, column, other)) for log in logs]
+            readings.append(_reading(signals, column, other, honest))
     return tuple(reading for reading in readings if reading is not None and reading.faulty)
 
 
@@ -137,24 +137,24 @@ def _change(log: Trajectory, column: str, of: str) -> Array:
     return turning(log, column) * np.diff(log.time) if column in RATES else np.diff(log.column(of))
 
 
-def _reading(told: Sequence[Told], column: str, of: str, honest: float) -> Reading | None:
+def _reading(signals: Sequence[Signals], column: str, of: str, honest: float) -> Reading | None:
     """None where there are too few stretches, or the sensor does not go with what it is the rate of."""
-    dt = float(np.median(np.concatenate([np.diff(time) for time, _, _ in told])))
+    dt = float(np.median(np.concatenate([np.diff(time) for time, _, _ in signals])))
     length = max(5, round(STRETCH / dt))
-    tables = {rows: _stretches(told, length, rows) for rows in range(EARLIEST, LATEST + 1)}
+    tables = {rows: _stretches(signals, length, rows) for rows in range(EARLIEST, LATEST + 1)}
     if len(tables[0]) < SETTINGS.sensor_stretches:
         return None
-    noise = float(np.median([noise_level(values[:, None]) for _, values, _ in told]) * dt * np.sqrt(length))
-    of_angle = float(np.median([noise_level(np.cumsum(change)[:, None]) for _, _, change in told]))
+    noise = float(np.median([noise_level(values[:, None]) for _, values, _ in signals]) * dt * np.sqrt(length))
+    of_angle = float(np.median([noise_level(np.cumsum(change)[:, None]) for _, _, change in signals]))
     moved = _shift(tables, dt, honest, noise**2 + 2.0 * of_angle**2)
     if moved is None:
         return None
     rows, shift = moved
-    found = _scale_and_bias(tables[rows], noise)
-    if found is None:
+    scale_and_bias = _scale_and_bias(tables[rows], noise)
+    if scale_and_bias is None:
         return None
     together = float(np.corrcoef(tables[rows][:, 0], tables[rows][:, 1])[0, 1])
-    return Reading(column, POSITION.name if of in POSITION.columns else of, *found, shift, together)
+    return Reading(column, POSITION.name if of in POSITION.columns else of, *scale_and_bias, shift, together)
 
 
 def _shift(tables: Mapping[int, Array], dt: float, honest: float, variance: float) -> tuple[int, float] | None:
@@ -204,15 +204,15 @@ def _scale_and_bias(table: Array, noise: float) -> tuple[float, float, float] | 
     return scale if scaled else 1.0, bias if biased else 0.0, float(spread[1] / inverse)
 
 
-def _stretches(told: Sequence[Told], length: int, rows: int) -> Array:
+def _stretches(signals: Sequence[Signals], length: int, rows: int) -> Array:
     """Change, integral of the sensor so many rows later, time and change of the sensor ``# (stretches, 4)``."""
-    found = []
-    for time, value, change in told:
+    stretches = []
+    for time, value, change in signals:
         turned = np.concatenate([[0.0], np.cumsum(change)])
         first = np.arange(-EARLIEST, len(value) - length - LATEST, length)
         moved = ((turned, 0), (cumulative_trapezoid(value, time, initial=0), rows), (time, 0), (value, rows))
-        found.append(np.stack([all_of[first + length + by] - all_of[first + by] for all_of, by in moved], axis=1))
-    return np.concatenate(found)
+        stretches.append(np.stack([all_of[first + length + by] - all_of[first + by] for all_of, by in moved], axis=1))
+    return np.concatenate(stretches)
 
 
 def _fit(table: Array) -> tuple[Array, Array, Array]:

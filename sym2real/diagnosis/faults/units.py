@@ -19,7 +19,7 @@ from sym2real.logs.units import UNITS, standard_unit
 from sym2real.trajectory import Trajectory
 from sym2real.vocabulary import POSITION
 
-STEP, LARGEST = 1.5, 1e5  # of factors that are tried, and of their inverses
+STEP, LARGEST = 1.5, 1e5  # of the grid of factors, and of their inverses
 ROWS_AT_ONCE = 20_000  # of logs under several factors, which a model predicts in one go
 SENSED = SETTINGS.far, SETTINGS.unheard_of
 
@@ -56,8 +56,8 @@ class Scaled:
 
     def fix(self, read: AsRead) -> str:
         """What to change, in the columns of the log."""
-        one_unit = self.unit and len({standard_unit(name) for name in self.columns}) == 1
-        unit = one_unit and (self.unit if self.factor > 1.0 else self._meant)
+        shared_unit = self.unit and len({standard_unit(name) for name in self.columns}) == 1
+        unit = shared_unit and (self.unit if self.factor > 1.0 else self._meant)
         value = f'unit = "{unit}"' if unit else read.scale(1.0 / self.factor)
         change = f"give {' and '.join(read.columns(self.columns))} {value} in a specification of the log"
         return f"{change}, and mass = {self.mass:g} at its top" if self.mass and self.factor > 1.0 else change
@@ -74,10 +74,10 @@ def factors(meant: str, mass: float | None = None) -> dict[str, float]:
         meant: the unit that stands there.
         mass: kg, where a thrust may be logged per unit mass.
     """
-    found = {unit: 1.0 / value for unit, (inside, value) in UNITS.items() if inside == meant}
+    ratios = {unit: 1.0 / value for unit, (inside, value) in UNITS.items() if inside == meant}
     if meant == "N" and mass is not None:
-        found |= {unit: 1.0 / (value * mass) for unit, (inside, value) in UNITS.items() if inside == "m/s^2"}
-    return found
+        ratios |= {unit: 1.0 / (value * mass) for unit, (inside, value) in UNITS.items() if inside == "m/s^2"}
+    return ratios
 
 
 def in_unit(
@@ -126,14 +126,14 @@ def fitting_scales(balances: Balances, data: Dataset, now: Balance) -> Iterator[
 
 
 def _best(balances: Balances, data: Dataset, now: Balance, columns: tuple[str, ...], meant: str) -> Scaled:
-    def missed(*tried: float) -> list[float]:
-        versions = Dataset(log for factor in tried for log in of_all(Scaled(columns, factor), data))
-        return [float(part.losses.mean()) for part in balances(versions).parts(len(tried))]
+    def missed(*scales: float) -> list[float]:
+        versions = Dataset(log for factor in scales for log in of_all(Scaled(columns, factor), data))
+        return [float(part.losses.mean()) for part in balances(versions).parts(len(scales))]
 
     large = np.geomspace(SETTINGS.command_unit, LARGEST, round(log(LARGEST / SETTINGS.command_unit, STEP)))
-    tried, at_once = (*large, *1.0 / large), max(1, ROWS_AT_ONCE // data.rows)
-    lost = [loss for first in range(0, len(tried), at_once) for loss in missed(*tried[first : first + at_once])]
-    least, start = min(zip(lost, tried, strict=True), key=lambda entry: entry[0])
+    grid, at_once = (*large, *1.0 / large), max(1, ROWS_AT_ONCE // data.rows)
+    lost = [loss for first in range(0, len(grid), at_once) for loss in missed(*grid[first : first + at_once])]
+    least, start = min(zip(lost, grid, strict=True), key=lambda entry: entry[0])
     if least >= now.losses.mean():  # nor would any factor near it mend anything
         return Scaled(columns, start)
     factor = best_factor(lambda at: missed(at)[0], (start / STEP, start * STEP))

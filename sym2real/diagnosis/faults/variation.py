@@ -45,7 +45,7 @@ class Excitation:
         """Whether it hardly varies, so that effects on it cannot be seen."""
         return self.deviation <= SETTINGS.negligible * max(abs(self.low), abs(self.high))
 
-    def limits_said(self, name: str) -> list[str]:
+    def limit_notes(self, name: str) -> list[str]:
         """A sentence for each end at which it stays for over a twentieth of the rows; zero is rest, and no limit."""
         return [
             f"{name} stays at its end {edge:.3g} {self.unit} in {100 * share:.0f} % of the rows: cut off, or held there"
@@ -75,12 +75,12 @@ def excitation(logs: Sequence[Trajectory]) -> dict[str, Excitation]:
     layout = logs[0].layouts.action
     values = np.concatenate([trajectory.action for trajectory in logs])
     followed = _feedback(logs, values)
-    found = {}
+    varied = {}
     for name, column, feedback in zip(layout, values.T, followed, strict=True):
         low, high = float(column.min()), float(column.max())
         at_low, at_high = at_extremes([trajectory.column(name) for trajectory in logs])
-        found[name] = Excitation(float(column.std()), low, high, at_low, at_high, float(feedback), layout.units[name])
-    return found
+        varied[name] = Excitation(float(column.std()), low, high, at_low, at_high, float(feedback), layout.units[name])
+    return varied
 
 
 def _feedback(logs: Sequence[Trajectory], commands: Array) -> Array:

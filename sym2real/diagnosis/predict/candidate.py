@@ -55,7 +55,7 @@ class Candidate:
 def library_for(
     equations: Equations, data: Dataset, exclude: Collection[str] = (), include: Sequence[str] = ()
 ) -> Library:
-    """The equations with every effect that is to be tried on this data, and those to be included in any case.
+    """The equations with every effect that competes on this data, and those to be included in any case.
 
     Logs with the battery's voltage give the equations that input, so that thrust may sag with it.
     """

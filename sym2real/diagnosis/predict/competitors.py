@@ -1,4 +1,4 @@
-"""Which effects compete in a diagnosis, and why each of the others does not: what was not tried is not refuted."""
+"""Which effects compete in a diagnosis, and why each of the others does not: what was not tested is not refuted."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ STILL = 1e-9
 
 
 @dataclass(frozen=True)
-class NotTried:
+class NotTested:
     """An effect that took no part in a search, and why."""
 
     effect: str
@@ -37,7 +37,7 @@ class NotTried:
 
 def competing(
     equations: Equations, data: Dataset, exclude: Collection[str] = ()
-) -> tuple[tuple[str, ...], tuple[NotTried, ...]]:
+) -> tuple[tuple[str, ...], tuple[NotTested, ...]]:
     """Keys of the effects of such a robot that compete on this data, and all others."""
     effects = {effect.key: effect for effect in known(equations)}
     reasons = {key: _why_not(effect, equations, data, exclude) for key, effect in effects.items()}
@@ -53,7 +53,7 @@ def competing(
         if not reasons.get(key, "-")
     }
     keys = tuple(key for key, reason in reasons.items() if not reason)
-    return keys, tuple(NotTried(key, reason) for key, reason in reasons.items() if reason)
+    return keys, tuple(NotTested(key, reason) for key, reason in reasons.items() if reason)
 
 
 def _why_not(effect: Effect, equations: Equations, data: Dataset, exclude: Collection[str]) -> str:
@@ -75,9 +75,9 @@ def _is_component(effect: Effect) -> bool:
 
 @lru_cache(maxsize=512)
 def _refused(key: str, equations: Equations) -> str:
-    """Why the equations cannot be given an effect that has all it names: a push without a place, a number for that.
+    """Why the equations cannot be given an effect that has all it names: a force without a place, a number for that.
 
-    Kept, because trying all of them takes a third of a diagnosis, which asks twice.
+    Kept, because testing all of them takes a third of a diagnosis, which asks twice.
     """
     try:
         Library.of(equations, [effect(key, equations)])

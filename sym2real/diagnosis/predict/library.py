@@ -143,7 +143,7 @@ class Library:
 
 
 def _settled(effect: Effect) -> list[tuple[str, dict[str, Expr | float]]]:
-    """Names under which an effect is tried, with the values that it has there."""
+    """Names under which an effect competes, with the values that it has there."""
     if effect.searching.choices is None:
         return [(effect.key, dict(effect.searching.given))]
     parameter, numbers = effect.searching.choices(effect.body)
@@ -151,9 +151,9 @@ def _settled(effect: Effect) -> list[tuple[str, dict[str, Expr | float]]]:
 
 
 def _symbol(effect: Effect, name: str, parameter: str) -> Symbol:
-    found = effect.symbols()[parameter]
+    plain = effect.symbols()[parameter]
     number = name.partition(" ")[2]
-    return symbol(f"{found.name}_{number}") if number else found
+    return symbol(f"{plain.name}_{number}") if number else plain
 
 
 def with_angle(base: Equations) -> Equations:

@@ -72,21 +72,21 @@ class Problem:
                 rows.append(moved)
                 steps.append(sign * STEP)
         everything = self.residuals(torch.stack(rows)).transpose(0, 1)  # (S, B, R)
-        found, place, first = [], 0, 0
+        jacobians, place, first = [], 0, 0
         for free in active:
             columns = everything[:, place : place + 1 + len(free)]
             columns[:, 1:] -= columns[:, :1]
             columns[:, 1:] /= torch.tensor(steps[first : first + len(free)], dtype=torch.float64)[:, None]
-            found.append(columns.mT)
+            jacobians.append(columns.mT)
             place, first = place + 1 + len(free), first + len(free)
-        return found
+        return jacobians
 
     def start_jacobian(self, values: Tensor) -> Tensor:
         """Derivative of residuals by the start state's tangent ``# (S, R, tangent)`` at one set ``# (P,)``."""
         size = self.segments.layout.tangent_size
         moves = torch.cat([torch.zeros(1, size), torch.eye(size)]).double() * START_STEP
-        found = self._residuals(values.expand(size + 1, -1), moves=moves)
-        return ((found[1:] - found[0]) / START_STEP).permute(1, 2, 0)
+        residuals = self._residuals(values.expand(size + 1, -1), moves=moves)
+        return ((residuals[1:] - residuals[0]) / START_STEP).permute(1, 2, 0)
 
     def disturbance_jacobian(self, values: Tensor, disturbances: Sequence[tuple[str, float]], pieces: int) -> Tensor:
         """Derivative by disturbances, each held over one piece of a segment ``# (S, R, disturbances, pieces)``.
@@ -103,8 +103,8 @@ class Problem:
             target, layout = (inputs, layouts.inputs) if column in layouts.inputs else (actions, layouts.action)
             for j in range(pieces):
                 target[1 + i * pieces + j, 0, edges[j] : edges[j + 1], layout.index(column)] = size * STEP
-        found = self._residuals(values.expand(count, -1), actions=actions.double(), inputs=inputs.double())
-        return ((found[1:] - found[0]) / STEP).reshape(len(disturbances), pieces, *found.shape[1:]).permute(2, 3, 0, 1)
+        moved = self._residuals(values.expand(count, -1), actions=actions.double(), inputs=inputs.double())
+        return ((moved[1:] - moved[0]) / STEP).reshape(len(disturbances), pieces, *moved.shape[1:]).permute(2, 3, 0, 1)
 
     def _residuals(
         self, sets: Tensor, moves: Tensor | None = None, actions: Tensor | None = None, inputs: Tensor | None = None
@@ -126,12 +126,12 @@ class Problem:
             sets: ``# (K, P)``.
             which: row of ``sets`` for each segment ``# (S,)``.
         """
-        found = torch.empty(len(self.segments), self.segments.length, self._visible, dtype=torch.float64)
+        states = torch.empty(len(self.segments), self.segments.length, self._visible, dtype=torch.float64)
         for number in which.unique():
             mine = which == number
             part = Problem(self.library, self.data, self.segments.of(mine))
-            found[mine] = part.states(sets[number][None])[0]
-        return found
+            states[mine] = part.states(sets[number][None])[0]
+        return states
 
     def _states(
         self, sets: Tensor, moves: Tensor | None, actions: Tensor | None, inputs: Tensor | None, columns: Sequence[int]
@@ -198,8 +198,8 @@ class Problem:
         if output is None:
             return states
         given = [states, parameters.expand(*states.shape[:-1], -1)] if parameters.shape[-1] else [states]
-        found: Tensor = output(*given)
-        return found
+        measured: Tensor = output(*given)
+        return measured
 
     def _with_hidden(
         self, start: Tensor, commands: tuple[Tensor, Tensor], parameters: Tensor, sets: Tensor, busy: Tensor

@@ -1,4 +1,4 @@
-"""What a diagnosis says of one effect: values with intervals, share, rivals that the data cannot exclude."""
+"""What a diagnosis says of one effect: values with intervals, share, alternatives that the data cannot exclude."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Finding:
         log_spread: standard deviation of each parameter over logs that are fitted one by one.
         voltage: of the battery where the thrust map holds (V), when the effect goes by the voltage.
         probability: its weight, and that of its group, against none and any other effect in its place; None where
-            nothing was weighed.
+            no weights were computed.
         small: whether no error that is judged is larger by a tenth without it.
         doubtful: whether commands that changed between the rows of the logs look the same.
     """
@@ -96,7 +96,7 @@ def findings(
 
     Args:
         selection: what was found.
-        near: the sets around it, where they were weighed.
+        near: the sets around it, where they have weights.
         groups: by name of a candidate, effects that the data cannot tell from it.
         own: the base against the plain simulator, if there is one.
     """
@@ -135,8 +135,8 @@ def _fix(of: Effect, values: Mapping[str, Estimate]) -> str:
     if of.scaled is None:
         return of.fix
     (name, given), (factor,) = of.scaled, values.values()
-    found, *ends = (given * part for part in (factor.value, factor.low, factor.high))
-    return f"{name} = {found:.4g} (95 % {min(ends):.4g} … {max(ends):.4g}) in place of {given:g}; {of.fix}"
+    estimate, *ends = (given * part for part in (factor.value, factor.low, factor.high))
+    return f"{name} = {estimate:.4g} (95 % {min(ends):.4g} … {max(ends):.4g}) in place of {given:g}; {of.fix}"
 
 
 def shares_of(losses: Sequence[float], freedom: float) -> list[float]:
@@ -211,8 +211,8 @@ def score(result: SearchResult) -> Scored:
     horizons = steps.horizons(logs, question.horizon)
     stages, gate = steps.ladder(library, logs, horizons), steps.gate(library, logs)
     floor = floor_of_explained(library, logs, selection.fit.values, prepared.whitening, horizons)
-    found = findings_of(result, Near.of(selection))
-    return Scored(result, steps, stages, gate, found, horizons, no_higher_than_reached(floor, stages))
+    scored_findings = findings_of(result, Near.of(selection))
+    return Scored(result, steps, stages, gate, scored_findings, horizons, no_higher_than_reached(floor, stages))
 
 
 def findings_of(result: SearchResult, near: Near | None = None) -> tuple[Finding, ...]:

@@ -37,7 +37,7 @@ class Fall:
     part: float
 
     @property
-    def said(self) -> str:
+    def text(self) -> str:
         """Which error it is and what becomes of it, for a sentence that begins with "the held-out error" or "that"."""
         changed = f"{'falls' if self.part >= 0 else 'rises'} by {100 * abs(self.part):.0f} %"
         return f"of {self.channel} after {self.horizon:.3g} s {changed}"

@@ -75,8 +75,8 @@ def _from_behind(
 
 def _is_trim(selection: Selection, candidate: Candidate) -> bool:
     problem = selection.problems.problem
-    slots, found = problem.library.slots, parameter_set(selection, [candidate], selection.fit.values)
-    values = {slots[i].parameter.name: float(found[i]) for i in candidate.slots}
+    slots, fitted = problem.library.slots, parameter_set(selection, [candidate], selection.fit.values)
+    values = {slots[i].parameter.name: float(fitted[i]) for i in candidate.slots}
     return is_trim(problem.library.effects[candidate.name], values, problem.data)
 
 

@@ -8,7 +8,7 @@ ed., section 7.2). What is made small is the mean, over logs, of::
     mean over windows of ‖e‖  /  mean over windows of ‖e‖ when nothing changes
 
 ‖e‖ is the root mean square over a window's rows and judged channels, each in units of what it changes by. So kinds of
-motion weigh alike, and no few windows decide. The weights of least squares are 1/‖e‖, found anew in every round (P.
+motion have equal weights, and no few windows decide. The weights of least squares are 1/‖e‖, anew in every round (P.
 Holland, R. Welsch, "Robust regression using iteratively reweighted least-squares", Comm. Stat. A6, 1977).
 
 The values are kept where logs that the refit left out are predicted better beyond chance, and no channel
@@ -114,14 +114,14 @@ def refit_for_prediction(scored: Scored) -> PredictionRefit | None:
     problems, fit = _fitted(problem, starts)
     refitted = torch.stack(by_others(selection, fit, problems))
     stages = [("found", left_out_sets(selection, sure, selection.fit)), ("refitted", refitted)]
-    found = ladder(prepared.library, data, stages, fold_of_log(selection), horizons=(horizon,), after=after)
+    rungs = ladder(prepared.library, data, stages, fold_of_log(selection), horizons=(horizon,), after=after)
     names = [slot.parameter.name for slot in prepared.library.slots]
     values = ({names[slot]: float(fit.values[slot]) for slot in own.free} if own in sure else {} for own in ordered)
-    return PredictionRefit(horizon, tuple(values), *found)
+    return PredictionRefit(horizon, tuple(values), *rungs)
 
 
 def _fitted(problem: Problem, starts: Sequence[Hypothesis]) -> tuple[Problems, Fit]:
-    """The best fit from the best of several starts, as a delay has a valley at every row, with what weighs it."""
+    """The best fit from the best of several starts, as a delay has a valley at every row, with what weights it."""
     scale = Scale.of(problem.segments)
 
     def missed(at: Hypothesis | Fit) -> float:
@@ -129,7 +129,7 @@ def _fitted(problem: Problem, starts: Sequence[Hypothesis]) -> tuple[Problems, F
 
     def fitted(start: Hypothesis) -> tuple[Problems, Fit]:
         for _ in range(ROUNDS):
-            problems = Problems.of(problem, scale.weighing(problem.residuals(start.values[None])[0]))
+            problems = Problems.of(problem, scale.whitening(problem.residuals(start.values[None])[0]))
             (fit,) = problems.fit([start], REFIT_STEPS)
             start = replace(start, values=fit.values)
         return problems, fit
@@ -139,7 +139,7 @@ def _fitted(problem: Problem, starts: Sequence[Hypothesis]) -> tuple[Problems, F
 
 def _judged_windows(data: Dataset, steps: int) -> Segments:
     """Windows of which the channels are compared that predictions are judged by."""
-    windows, fields = windows_of(data, steps), {channel_name(one): one.name for one in data.layouts.state.fields}
+    windows, fields = windows_of(data, steps), {channel_name(field): field.name for field in data.layouts.state.fields}
     assert windows is not None
     return comparing(windows, [fields[name] for name in judged(fields)]).some(MOST_WINDOWS)
 
@@ -174,7 +174,7 @@ class Scale:
         """Sum over logs of the mean norm of residuals ``# (S, R)`` over that when nothing changes."""
         return float((self._norms(residuals) / self.window).sum())
 
-    def weighing(self, residuals: Tensor) -> Whitening:
+    def whitening(self, residuals: Tensor) -> Whitening:
         """Weights of least squares that make a mean of norms small, at residuals ``# (S, R)``."""
         norms = self._norms(residuals)
         norms = norms.clamp_min(SETTINGS.worth_saying * float(norms.mean()))

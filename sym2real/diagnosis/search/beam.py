@@ -23,7 +23,7 @@ from functools import partial
 from itertools import chain, groupby, islice
 from math import inf
 
-from sym2real.diagnosis.estimate.weighing import Prepared, uncalibrated
+from sym2real.diagnosis.estimate.preparation import Prepared, uncalibrated
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.search.effect_set import EffectSet
 from sym2real.diagnosis.search.narrow import join_narrow
@@ -67,22 +67,22 @@ class SearchResult:
             UNNEEDED: [candidate.name for candidate in self.needed.dropped],
             TOO_LARGE: self.selection.driven_to_bounds(),
         }
-        said = (f"{why}: {', '.join(names)}" for why, names in not_taken.items() if names)
-        return (*self.prepared.notes, *said)
+        lines = (f"{why}: {', '.join(names)}" for why, names in not_taken.items() if names)
+        return (*self.prepared.notes, *lines)
 
     def suspects(self) -> dict[str, float]:
         """Effects of which each explains nearly all that is left beside what was found, and that part; the best first.
 
         They were not taken because too few independent pieces of the logs tell of them.
         """
-        selection, found = self.selection, dict[str, float]()
+        selection, suspects = self.selection, dict[str, float]()
         excess = selection.fit.total - selection.problems.whitening.freedom
         for larger in selection.larger(selection.present) if excess > 0 else ():
             explained = min(1.0, (selection.fit.total - larger.fit.total) / excess)
             inside = not selection.at_bound(larger.fit, larger.candidate)
             if inside and explained >= SETTINGS.nearly and not selection.significant(larger.fit, larger.candidate):
-                found.setdefault(selection.problems.problem.library.key(larger.candidate.name), explained)
-        return found
+                suspects.setdefault(selection.problems.problem.library.key(larger.candidate.name), explained)
+        return suspects
 
 
 def search(prepared: Prepared, stages: Stages) -> SearchResult:
@@ -101,20 +101,20 @@ def search(prepared: Prepared, stages: Stages) -> SearchResult:
 
 
 def _searched(prepared: Prepared, stages: Stages) -> Selection:
-    selection = Selection(prepared.problems, prepared.tried, prepared.origin)
+    selection = Selection(prepared.problems, prepared.candidates, prepared.origin)
     beam = Beam(selection, stages.on_progress, prepared.problems.total(prepared.full_fit))
-    stages.try_to(f"searching among {len(prepared.tried)} effects", Beam.search, beam)
+    stages.try_to(f"searching among {len(prepared.candidates)} effects", Beam.search, beam)
     return selection
 
 
-def _doubtful(found: Selection, as_it_is: Prepared) -> bool:
+def _doubtful(searched: Selection, as_it_is: Prepared) -> bool:
     """Whether what was found, or nothing, costs less beside the base as it is than beside one that was calibrated.
 
     A simulator's wheels slip where a robot's may roll.
     """
-    plain = Selection(as_it_is.problems, as_it_is.tried, as_it_is.origin)
-    nothing, same = found.beside([], found.fit), plain.beside(found.chosen, found.fit)
-    return plain.present.price < nothing.price or same.price < found.present.price
+    plain = Selection(as_it_is.problems, as_it_is.candidates, as_it_is.origin)
+    nothing, same = searched.beside([], searched.fit), plain.beside(searched.chosen, searched.fit)
+    return plain.present.price < nothing.price or same.price < searched.present.price
 
 
 @dataclass(eq=False)
@@ -123,7 +123,7 @@ class Beam:
 
     Args:
         selection: what competes; it becomes the best set.
-        on_progress: told what has been found so far.
+        on_progress: called with what has been found so far.
         least: whitened squares of all segments that all effects at once leave.
     """
 

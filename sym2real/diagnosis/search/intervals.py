@@ -40,7 +40,7 @@ class Estimate:
     determined: bool = True
 
     @property
-    def said(self) -> str:
+    def text(self) -> str:
         """Value and unit, beside an interval."""
         return with_unit(self.value, self.unit) if self.determined else "undetermined"
 
@@ -49,13 +49,12 @@ class Estimate:
         """Value, interval and unit for a sentence, to two digits of half of it; both ends where one is much further."""
         half = (self.high - self.low) / 2
         if not (self.determined and 0.0 < half < math.inf):
-            return self.said
+            return self.text
         places = max(0, 1 - math.floor(math.log10(half)))
         value, low, high, width = (f"{number:.{places}f}" for number in (self.value, self.low, self.high, half))
         even = abs(self.high + self.low - 2 * self.value) < half * SETTINGS.mostly
-        return (
-            f"{value} {f'± {width}' if even else f'({low} … {high})'} {'' if self.unit == '1' else self.unit}".rstrip()
-        )
+        interval, unit = f"± {width}" if even else f"({low} … {high})", "" if self.unit == "1" else self.unit
+        return f"{value} {interval} {unit}".rstrip()
 
 
 def about(value: float, deviation: float, unit: str) -> Estimate:
@@ -69,13 +68,13 @@ def estimates(selection: Selection, candidate: Candidate, fit: Fit, near: Near |
     Intervals cover the choice of near sets: of all of them, by their weights, 95 % lie inside (Bayesian model
     averaging; J. Hoeting, D. Madigan, A. Raftery, C. Volinsky, Statistical Science 14 (1999) 382–417).
     """
-    found = {}
+    by_parameter = {}
     shifts, weights = near.shifts(candidate) if near else (torch.zeros(1, len(fit.values)), torch.ones(1))
     for index, (slot, value, half) in zip(candidate.free, _around(selection, candidate, fit), strict=True):
         known = half < math.inf
         ends = averaged_ends(value, half, shifts[:, index], weights) if known else (slot.low, slot.high)
-        found[slot.name] = Estimate(value, *ends, slot.unit, known)
-    return found
+        by_parameter[slot.name] = Estimate(value, *ends, slot.unit, known)
+    return by_parameter
 
 
 def averaged_ends(value: float, half: float, shifts: Tensor, weights: Tensor) -> tuple[float, float]:
@@ -147,11 +146,11 @@ def attenuated(selection: Selection, candidate: Candidate, fit: Fit) -> bool:
     problem, slots = selection.problems.problem, candidate.slots
     if not problem.library.effects[candidate.name].searching.attenuated:
         return False
-    found, limits, near = estimates(selection, candidate, fit, None), list[float](), False
+    fitted, limits, near = estimates(selection, candidate, fit, None), list[float](), False
     noise, lines = torch.as_tensor(problem.segments.noise).square(), problem.linearised(fit.values[None], [slots])[0]
     missed, *shares = lines.square().unflatten(1, (-1, len(noise))).mean((0, 1)).unbind(-1)  # (C,) each
     for parameter, share in zip((_parameter(selection, index) for index in slots), shares, strict=True):
-        factor, most = found[parameter.name], int((share / noise).argmax())
+        factor, most = fitted[parameter.name], int((share / noise).argmax())
         explained = share[most] * (factor.value / parameter.scale) ** 2
         errors = max(float((missed[most] - noise[most]) / explained), 0.0)
         limits.append(factor.value * (1.0 + errors))

@@ -20,7 +20,7 @@ def join_narrow(needed: Needed, predicted: Predicted) -> Needed:
     """Put effects that move few of the measured directions beside what was chosen, where logs are not few.
 
     Such an effect pays less than others, so an error must surely be a tenth larger without it or whole logs establish
-    it, no error may be larger with it, and the sets around must refute none: it could push another one out.
+    it, no error may be larger with it, and the sets around must refute none: it could displace another one.
 
     Args:
         needed: what became of the choice without them.
@@ -43,8 +43,8 @@ def _stands(predicted: Predicted, larger: EffectSet) -> bool:
 def _narrow(selection: Selection) -> Iterator[EffectSet]:
     """Sets with one effect more that takes its part off the loss of what it moves, best first.
 
-    During the search all effects have one price: which of two rivals explains more is no matter of directions. A lag
-    below the base's own is reported as none, and is none.
+    During the search all effects have one price: which of two alternatives explains more is no matter of directions. A
+    lag below the base's own is reported as none, and is none.
     """
     problems, count = selection.problems, len(selection.chosen) + 1
     library = problems.problem.library
@@ -53,10 +53,10 @@ def _narrow(selection: Selection) -> Iterator[EffectSet]:
     effects = selection.present
     reference, screened = selection.screening(effects)
     most = (1 - PROMISING * SETTINGS.gain_of(count) / len(problems.whitening.sensor)) * reference
-    smooth = [(rival, start) for loss, rival, start in screened[:REFITTED] if loss < most and not rival.needs_start]
+    smooth = [(other, start) for loss, other, start in screened[:REFITTED] if loss < most and not other.needs_start]
     for larger in selection.refitted(effects.chosen, smooth):
-        said, slots = parameter_set(selection, larger.chosen, larger.fit.values), larger.candidate.slots
+        reported, slots = parameter_set(selection, larger.chosen, larger.fit.values), larger.candidate.slots
         least = least_gain(problems, larger.candidate, larger.fit.values, count)
-        saves = larger.loss < (1 - least) * effects.loss and bool((said != library.null)[slots].any())
+        saves = larger.loss < (1 - least) * effects.loss and bool((reported != library.null)[slots].any())
         if saves and selection.holds(larger):
             yield larger

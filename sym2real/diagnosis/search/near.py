@@ -1,9 +1,9 @@
-"""The sets of effects around the one that was chosen, and what they weigh: none, or another, in an effect's place.
+"""The sets of effects around the one that was chosen, and their weights: none, or another, in an effect's place.
 
-A set weighs what it predicts of folds that its fit left out, by pseudo-Bayesian model averaging with the Bayesian
+A set is weighted by how it predicts folds that its fit left out, by pseudo-Bayesian model averaging with the Bayesian
 bootstrap over folds: Y. Yao, A. Vehtari, D. Simpson, A. Gelman, "Using stacking to average Bayesian predictive
 distributions", Bayesian Analysis 13 (2018). Whole folds are drawn, so that neither residuals that follow each other nor
-a log unlike the others make a weight surer than it is; and nothing is to be said beforehand of how likely an effect is.
+a log unlike the others make a weight surer than it is; and no effect needs a prior probability.
 Whitened squares are divided by those of the chosen set per degree of freedom where these are more than one. Those of
 sets that leave nearly as little have the free starts of segments move these as their own values say (a start is a
 nuisance parameter of every hypothesis: profile likelihood).
@@ -35,20 +35,20 @@ class Place:
     Args:
         candidate: the effect.
         empty: the others alone.
-        rivals: what was fitted in the effect's place, inside its bounds, best first; what leaves the effect worth its
-            price beside it is not in its place.
+        alternatives: what was fitted in the effect's place, inside its bounds, best first; what leaves the effect worth
+            its price beside it is not in its place.
         outdone: whether something at the end of what is likely costs surely less there than the chosen set.
     """
 
     candidate: Candidate
     empty: EffectSet
-    rivals: Sequence[EffectSet]
+    alternatives: Sequence[EffectSet]
     outdone: bool
 
     @property
     def worth_it(self) -> list[EffectSet]:
-        """Rivals that cost less than none in the effect's place."""
-        return [rival for rival in self.rivals if rival.price < self.empty.price]
+        """Alternatives that cost less than none in the effect's place."""
+        return [other for other in self.alternatives if other.price < self.empty.price]
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,12 +69,12 @@ class Near:
 
     @classmethod
     def of(cls, selection: Selection) -> Near:
-        """Every effect of the set left out, and every rival that is worth a fit put in its place."""
+        """Every effect of the set left out, and every alternative that is worth a fit put in its place."""
         beside = selection.larger(selection.present)
         joined = {larger.candidate.name: larger.price for larger in beside}
         present = by_own_starts(selection, selection.present)
-        places = tuple(_place(selection, one, joined, present) for one in selection.chosen)
-        beyond_chance = [one for one in beside if selection.significant(one.fit, one.candidate)]
+        places = tuple(_place(selection, candidate, joined, present) for candidate in selection.chosen)
+        beyond_chance = [larger for larger in beside if selection.significant(larger.fit, larger.candidate)]
         return cls(selection, places, present, by_price(selection, beyond_chance))
 
     def probabilities(self, groups: Mapping[str, Collection[str]] | None = None) -> dict[str, float]:
@@ -85,15 +85,15 @@ class Near:
         return {place.candidate.name: self._weight(place, groups or {}) for place in self.places}
 
     def _weight(self, place: Place, groups: Mapping[str, Collection[str]]) -> float:
-        sets = [self.present, place.empty, *place.rivals]
+        sets = [self.present, place.empty, *place.alternatives]
         group, weights = groups.get(place.candidate.name, ()), self.weights(*(effects.held_out for effects in sets))
-        alike = [rival.candidate.name in group for rival in place.rivals]
+        alike = [other.candidate.name in group for other in place.alternatives]
         return float(weights[torch.tensor([True, False, *alike])].sum())
 
     def sets_with(self, candidate: Candidate) -> tuple[list[EffectSet], Tensor]:
-        """Those that have an effect and differ elsewhere, the chosen one first, and what each weighs among them."""
+        """Those that have an effect and differ elsewhere, the chosen one first, and their weights among them."""
         others = [place for place in self.places if place.candidate is not candidate]
-        sets = [self.present, *self.larger, *(one for place in others for one in (place.empty, *place.rivals))]
+        sets = [self.present, *self.larger, *(own for place in others for own in (place.empty, *place.alternatives))]
         return sets, self.weights(*(effects.held_out for effects in sets))
 
     def shifts(self, candidate: Candidate) -> tuple[Tensor, Tensor]:
@@ -139,14 +139,14 @@ def by_price(selection: Selection, sets: Sequence[EffectSet]) -> list[EffectSet]
 
 
 def groups_of(near: Near) -> dict[str, tuple[str, ...]]:
-    """Per chosen effect, the rivals that explain the data as well, and those that always do."""
+    """Per chosen effect, the alternatives that explain the data as well, and those that always do."""
     selection, library = near.selection, near.selection.problems.problem.library
     equations, chosen = library.equations, {candidate.name for candidate in selection.chosen}
     groups = {}
     for place in near.places:
         candidate = place.candidate
         members = [*candidate.alike, *always_alike(candidate.name, equations)]
-        for scored in place.rivals:
+        for scored in place.alternatives:
             name = scored.candidate.name
             if name not in chosen and as_good(near, place.empty.held_out, scored.held_out):
                 members += [name, *always_alike(name, equations)]
@@ -156,19 +156,19 @@ def groups_of(near: Near) -> dict[str, tuple[str, ...]]:
     return groups
 
 
-def as_good(near: Near, without: Tensor, rival: Tensor) -> bool:
-    """Whether a rival explains the data as well as a finding in whose place it stands.
+def as_good(near: Near, without: Tensor, alternative: Tensor) -> bool:
+    """Whether an alternative explains the data as well as a finding in whose place it stands.
 
     It must be worth the place, too, or save nearly what a finding does that is worth it for moving little; then a
     difference that is less than what any finding needs is none, and a larger one is none where folds do not agree.
 
     Args:
         near: the chosen set.
-        without, rival: loss per fold without the finding, and with the rival in its place ``# (folds,)``.
+        without, alternative: loss per fold without the finding, and with the alternative in its place ``# (folds,)``.
     """
     chosen, count, price = near.present.held_out, len(near.selection.chosen), near.selection.price
-    nearly = float((without - rival).sum()) >= SETTINGS.nearly * float((without - chosen).sum())
-    if price(float(rival.sum()), count) >= price(float(without.sum()), count - 1) and not nearly:
+    nearly = float((without - alternative).sum()) >= SETTINGS.nearly * float((without - chosen).sum())
+    if price(float(alternative.sum()), count) >= price(float(without.sum()), count - 1) and not nearly:
         return False
-    beyond = 1.0 - float(chosen.sum()) / float(rival.sum())
-    return beyond < SETTINGS.gain_beside or float(near.weights(chosen, rival)[1]) > SETTINGS.level
+    beyond = 1.0 - float(chosen.sum()) / float(alternative.sum())
+    return beyond < SETTINGS.gain_beside or float(near.weights(chosen, alternative)[1]) > SETTINGS.level

@@ -102,7 +102,7 @@ class Predicted:
     def established(self, fit: Fit, candidate: Candidate) -> bool:
         """Whether whole logs tell an effect of a fit from trim."""
         selection = self.selection
-        return beyond_trim(selection.problems, fit, candidate, selection.origin, selection.tried)
+        return beyond_trim(selection.problems, fit, candidate, selection.origin, selection.tested)
 
     def needs_most(self, larger: Sequence[EffectSet]) -> EffectSet | None:
         """Of sets with one effect more than was chosen, that whose one predictions need most; None if none."""

@@ -23,8 +23,8 @@ REFITTED = 2
 def hidden_pairs(selection: Selection, effects: EffectSet) -> list[EffectSet]:
     """A set with each of the pairs that promise most beside its effects, the pair last."""
     problems, chosen, before = selection.problems, effects.chosen, selection.free(effects.chosen)
-    rivals = [rival for rival in selection.open(chosen, selection.candidates) if not rival.needs_start]
-    matrix = selection.model_of_all(before, effects.fit.values, rivals)
+    candidates = [candidate for candidate in selection.open(chosen, selection.candidates) if not candidate.needs_start]
+    matrix = selection.model_of_all(before, effects.fit.values, candidates)
 
     def part(*some: Candidate) -> Fit:
         return matrix.part((*before, *selection.free(some)))
@@ -32,9 +32,9 @@ def hidden_pairs(selection: Selection, effects: EffectSet) -> list[EffectSet]:
     def left(*some: Candidate) -> float:
         return float(problems.left_out(part(*some)).sum())
 
-    nothing, alone = left(), {rival.name: left(rival) for rival in rivals}
+    nothing, alone = left(), {candidate.name: left(candidate) for candidate in candidates}
     promising = []
-    for first, second in combinations(rivals, 2):
+    for first, second in combinations(candidates, 2):
         if selection.open([*chosen, first], [second]):
             both = left(first, second)
             apart = alone[first.name] + alone[second.name] - nothing

@@ -32,7 +32,7 @@ class Selection:
         problems: data, whitening, folds.
         candidates: what competes.
         origin: parameter set without effects (null, or what calibration says of the base) ``# (P,)``.
-        tried: number of hypotheses that had a chance.
+        tested: number of hypotheses that had a chance.
         present: what is in, in order, with its fit.
         order: what is in by importance, once somebody has asked.
     """
@@ -40,7 +40,7 @@ class Selection:
     problems: Problems
     candidates: Sequence[Candidate]
     origin: Tensor
-    tried: int = 0
+    tested: int = 0
     present: EffectSet = field(init=False)
     order: list[tuple[Candidate, Fit]] | None = None
     _larger: dict[frozenset[str], list[EffectSet]] = field(default_factory=dict)
@@ -49,7 +49,7 @@ class Selection:
     _models: dict[tuple[Free, bytes], Fit] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        self.tried = len(self.candidates)
+        self.tested = len(self.candidates)
         self.put([], self.problems.fit([Hypothesis((), self.origin)], REFIT_STEPS)[0])
 
     def set_of(self, chosen: Sequence[Candidate], fit: Fit) -> EffectSet:
@@ -81,19 +81,19 @@ class Selection:
         """Of what is in."""
         return self.present.fit
 
-    def beside(self, chosen: Sequence[Candidate], found: Fit) -> EffectSet:
+    def beside(self, chosen: Sequence[Candidate], fit: Fit) -> EffectSet:
         """Effects, fitted from the values that they have in another fit."""
         values, slots = self.origin.clone(), [slot for candidate in chosen for slot in candidate.slots]
-        values[slots] = found.values[slots]
+        values[slots] = fit.values[slots]
         return self.set_of(chosen, self.problems.fit([Hypothesis(self.free(chosen), values)], REFIT_STEPS)[0])
 
     def free(self, chosen: Sequence[Candidate]) -> Free:
         """Parameters of several candidates, in their order."""
         return tuple(slot for candidate in chosen for slot in candidate.free)
 
-    def ranked(self, effects: EffectSet, rivals: Sequence[Candidate]) -> list[EffectSet]:
-        """A set with each rival, promising or not, best first: screened on quadratic models, the best refitted."""
-        screened = self._screened(effects, rivals)[1]
+    def ranked(self, effects: EffectSet, candidates: Sequence[Candidate]) -> list[EffectSet]:
+        """A set with each candidate, promising or not, best first: screened on quadratic models, the best refitted."""
+        screened = self._screened(effects, candidates)[1]
         return self.refitted(effects.chosen, [(candidate, start) for _, candidate, start in screened[:REFITTED]])
 
     def larger(self, effects: EffectSet) -> list[EffectSet]:
@@ -132,11 +132,11 @@ class Selection:
         enough = self.problems.block_count >= SETTINGS.fewest_pieces
         return effects.thresholds, enough * parameters
 
-    def open(self, chosen: Sequence[Candidate], rivals: Sequence[Candidate]) -> list[Candidate]:
-        """Those of the rivals that share no parameter with what is chosen."""
+    def open(self, chosen: Sequence[Candidate], others: Sequence[Candidate]) -> list[Candidate]:
+        """Those of the candidates that share no parameter with what is chosen."""
         taken = {slot for candidate in chosen for slot in candidate.slots}
         shut = {name for candidate in chosen for name in candidate.excludes}
-        return [candidate for candidate in rivals if candidate.name not in shut and taken.isdisjoint(candidate.slots)]
+        return [candidate for candidate in others if candidate.name not in shut and taken.isdisjoint(candidate.slots)]
 
     def refitted(self, chosen: Sequence[Candidate], started: Sequence[tuple[Candidate, Tensor]]) -> list[EffectSet]:
         """Candidates, each fitted jointly with what is chosen from a parameter set, best first."""
@@ -157,14 +157,14 @@ class Selection:
         starts = [candidate.started(values, start) for candidate in chosen for start in candidate.starts]
         return [Hypothesis(free, start) for start in starts]
 
-    def _screened(self, effects: EffectSet, rivals: Sequence[Candidate]) -> Screening:
-        """Held-out loss without any rival, and rivals by the one that is predicted with them, each with its start."""
-        before, values, rivals = self.free(effects.chosen), effects.fit.values, self.open(effects.chosen, rivals)
-        at_null = [candidate for candidate in rivals if not candidate.needs_start]
+    def _screened(self, effects: EffectSet, others: Sequence[Candidate]) -> Screening:
+        """Held-out loss without any candidate, and candidates by the loss predicted with them, each with its start."""
+        before, values, others = self.free(effects.chosen), effects.fit.values, self.open(effects.chosen, others)
+        at_null = [candidate for candidate in others if not candidate.needs_start]
         everything = self.model_of_all(before, values, at_null)
         reference = float(self.problems.left_out(everything.part(before)).sum())
         parts = [(candidate, everything.part((*before, *candidate.free))) for candidate in at_null]
-        started = [(candidate, level) for candidate in rivals for level in candidate.starts]
+        started = [(candidate, level) for candidate in others for level in candidate.starts]
         hypotheses = [
             Hypothesis((*before, *candidate.free), candidate.started(values, level)) for candidate, level in started
         ]
@@ -177,9 +177,9 @@ class Selection:
                 best[candidate.name] = (loss, candidate, self.problems.moved(fit, self.problems.best_step(fit)))
         return reference, sorted(best.values(), key=lambda entry: entry[0])
 
-    def model_of_all(self, before: Free, values: Tensor, rivals: Sequence[Candidate]) -> Fit:
-        """The quadratic model, by fold, of parameters that are free and of all rivals at their null."""
-        whole = tuple(dict.fromkeys((*before, *(slot for candidate in rivals for slot in candidate.free))))
+    def model_of_all(self, before: Free, values: Tensor, candidates: Sequence[Candidate]) -> Fit:
+        """The quadratic model, by fold, of parameters that are free and of all candidates at their null."""
+        whole = tuple(dict.fromkeys((*before, *(slot for candidate in candidates for slot in candidate.free))))
         asked = whole, values.numpy().tobytes()
         if asked not in self._models:
             (at_null,) = self.problems.quadratics([Hypothesis(whole, values)])
@@ -191,7 +191,7 @@ class Selection:
         asked = fit, candidate.name
         if asked not in self._significant:
             inside = not self.at_bound(fit, candidate)
-            self._significant[asked] = inside and beyond_chance(self.problems, fit, candidate, self.origin, self.tried)
+            self._significant[asked] = inside and beyond_chance(self.problems, fit, candidate, self.origin, self.tested)
         return self._significant[asked]
 
     def holds(self, effects: EffectSet) -> bool:

@@ -53,8 +53,8 @@ def plainer_set(near: Near, gone: Collection[str]) -> EffectSet | None:
     "Classification and Regression Trees", 1984, section 3.4.3.
     """
     selection, most = near.selection, near.selection.complexity(near.present)
-    plainer = [rival for place in near.places for rival in place.worth_it if selection.complexity(rival) < most]
-    alike = [rival for rival in plainer if not selection.surely_cheaper(near.present, rival)]
+    plainer = [other for place in near.places for other in place.worth_it if selection.complexity(other) < most]
+    alike = [other for other in plainer if not selection.surely_cheaper(near.present, other)]
     return next(_standing(selection, alike, gone), None)
 
 

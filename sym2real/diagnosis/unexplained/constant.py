@@ -88,7 +88,7 @@ def find_constants(
         selection: what was found.
         spread: shapes of the disturbances.
         own: the base against the plain simulator: a channel in which it is off as much there shows its own fault.
-        exclude: channels of which something else is said.
+        exclude: channels that something else explains.
     """
     problems = selection.problems
     constants = Constants.of(problems.problem, spread, problems.whitening, selection.fit.values)
@@ -123,7 +123,7 @@ def find_differing(
     Args:
         selection, spread, own, exclude: as of :func:`find_constants`.
     """
-    problems, found = selection.problems, list[Leftover]()
+    problems, leftovers = selection.problems, list[Leftover]()
     if problems.log_count < SETTINGS.fewest_logs:
         return ()
     segments, data = problems.problem.segments, problems.data
@@ -141,8 +141,8 @@ def find_differing(
             motion = part_of_disturbance(segments, spread, name, np.repeat(apart[place_of], PIECES))
             ends = [(sizes[at, place], data[int(logs[at])].name) for at in (apart.argmin(), apart.argmax())]
             words = " and ".join(f"{with_unit(size, unit)} in {log}" for size, log in ends)
-            found.append(Leftover(LOG, name, float(shares[place]), words, motion=motion))
-    return tuple(sorted((one for one in found if one.matters), key=lambda one: -(one.motion or 0.0)))
+            leftovers.append(Leftover(LOG, name, float(shares[place]), words, motion=motion))
+    return tuple(sorted((entry for entry in leftovers if entry.matters), key=lambda entry: -(entry.motion or 0.0)))
 
 
 def _by_log(constants: Constants, segments: Segments) -> tuple[Array, Array, Array]:
@@ -166,7 +166,7 @@ def _by_log(constants: Constants, segments: Segments) -> tuple[Array, Array, Arr
 def _offsets(problem: Problem) -> list[tuple[str, str, Tensor]]:
     """Name, unit, and shape in the residual ``# (R,)`` of every measurement that may be off by a constant."""
     segments = problem.segments
-    found = []
+    offsets = []
     for place, (component, number) in enumerate(zip(segments.compared, segments.channel, strict=True)):
         owner, places = segments.layout.fields[number], segments.layout.tangent_places[number]
         if owner.name not in MEASURED:
@@ -174,5 +174,5 @@ def _offsets(problem: Problem) -> list[tuple[str, str, Tensor]]:
         name = f"measured {owner.name}" + (f" {AXES[component - places.start]}" if len(places) > 1 else "")
         shape = torch.zeros(segments.length, len(segments.compared), dtype=torch.float64)
         shape[:, place] = 1.0
-        found.append((name, MEASURED[owner.name], shape.flatten()))
-    return found
+        offsets.append((name, MEASURED[owner.name], shape.flatten()))
+    return offsets

@@ -68,20 +68,20 @@ class Terms:
     def pairs(self) -> list[tuple[int, str]]:
         """Channels, each with what it may depend on: parameters that were found with ranks of features alone."""
         ranked = {name for name, feature in self.features.items() if feature.columns and not feature.within}
-        pushes, everything = len(self.side.spread.names), self.side.shapes.shape[2]
-        return [pair for pair in product(range(everything), self.side.terms) if pair[0] < pushes or pair[1] in ranked]
+        count, everything = len(self.side.spread.names), self.side.shapes.shape[2]
+        return [pair for pair in product(range(everything), self.side.terms) if pair[0] < count or pair[1] in ranked]
 
     def judged(self, whitening: Whitening, pairs: Iterable[tuple[int, str]]) -> list[TermFit]:
         """Channels that depend each on a feature, under a whitening."""
         here = self.side.products(whitening)
         there = None if self.own is None else self.own.products(self.own.spread.like(whitening))
-        terms, found = [], self.side.columns.shape[-1] - 1
+        terms, preceding = [], self.side.columns.shape[-1] - 1
         for channel, name in pairs:
             gradient, curvature = self.side.joined(here, channel, name)
             if self.own is not None and there is not None and name in self.own.terms:
                 base = self.own.joined(there, channel, name)[0]
                 gradient = gradient - whitening.trust[:, None] * by_log(base, self.own.logs, self.side.logs)
-            terms.append(TermFit(channel, name, found, gradient, curvature))
+            terms.append(TermFit(channel, name, preceding, gradient, curvature))
         return terms
 
     def promising(self) -> list[TermFit]:
@@ -123,7 +123,7 @@ class Terms:
         """What an accepted term says: of a disturbance how large it is, of a parameter what its effect is."""
         segments, confirmed = self.problems.problem.segments, min(1.0, judged.fall(self.problems.folds) / judged.most)
         name, unit, level, size = self._channel(judged.channel)
-        varied = self.side.term(judged.channel, judged.name) @ judged.step[judged.found :]  # (S, pieces)
+        varied = self.side.term(judged.channel, judged.name) @ judged.step[judged.preceding :]  # (S, pieces)
         motion = part_of_changes(segments, torch.einsum("srp,sp->sr", self.side.shapes[:, :, judged.channel], varied))
         values = (level + size * varied).flatten().numpy()
         if judged.name == CONSTANT:
@@ -137,10 +137,10 @@ class Terms:
 
     def _channel(self, number: int) -> tuple[str, str, float, float]:
         """Name and unit of what a term is of, its value without the term, and the size of a step."""
-        spread, problem, pushes = self.side.spread, self.problems.problem, len(self.side.spread.names)
-        if number < pushes:
+        spread, problem, count = self.side.spread, self.problems.problem, len(self.side.spread.names)
+        if number < count:
             return spread.names[number], unit_of(problem, spread.names[number]), 0.0, float(spread.sizes[number])
-        slot = self.fit.free[number - pushes]
+        slot = self.fit.free[number - count]
         known, scale = problem.library.slots[slot], problem.library.scale[slot]
         return known.effect, known.parameter.unit, float(self.fit.values[slot]), float(scale)
 

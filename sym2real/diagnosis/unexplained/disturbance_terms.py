@@ -62,13 +62,13 @@ class Feature:
 def features_in(problem: Problem) -> dict[str, Feature]:
     """Everything that a disturbance may depend on, by name."""
     names, (_, values, _) = features_of(problem)
-    found = {name: Feature(name, (name,), values[:, [place]]) for place, name in enumerate(names)}
+    measured = {name: Feature(name, (name,), values[:, [place]]) for place, name in enumerate(names)}
     dt, sent = problem.data.dt, _sent(problem, (0, *EARLIER))
     for column, name in enumerate(problem.data.layouts.action):
         words = tuple(f"{name} {k * dt:.2g} s earlier less {name}" for k in EARLIER)
         change = within((sent[1:, :, column] - sent[0, :, column]).T, np.repeat(problem.segments.log, PIECES))
-        found[f"earlier {name}"] = Feature(f"earlier {name}", words, change, within=True)
-    varying = {name: feature for name, feature in found.items() if np.ptp(feature.values) > SMALLEST}
+        measured[f"earlier {name}"] = Feature(f"earlier {name}", words, change, within=True)
+    varying = {name: feature for name, feature in measured.items() if np.ptp(feature.values) > SMALLEST}
     return {CONSTANT: Feature(CONSTANT, (), np.empty((len(values), 0))), **varying}
 
 
@@ -114,8 +114,8 @@ class Side:
             among: features of the logs, whose ranks count.
         """
         (columns,) = problem.linearised(values[None], [fit.whole])
-        found = columns[..., 1 : 1 + len(fit.free), None] / PIECES  # a step everywhere is one of all pieces
-        shapes = torch.cat([spread.disturbances, found.expand(*found.shape[:-1], PIECES)], dim=2)
+        slopes = columns[..., 1 : 1 + len(fit.free), None] / PIECES  # a step everywhere is one of all pieces
+        shapes = torch.cat([spread.disturbances, slopes.expand(*slopes.shape[:-1], PIECES)], dim=2)
         here = features_in(problem)
         terms = {name: here[name].shapes(feature) for name, feature in among.items() if name in here}
         return cls(columns, spread, shapes, terms, problem.log_names)
@@ -161,14 +161,14 @@ class TermFit:
 
     Args:
         channel, name: number of what varies, and the feature it depends on.
-        found: number of parameters before the term's.
+        preceding: number of parameters before the term's.
         gradient, curvature: half the loss's derivatives by parameters and term, without what is the base's own
             ``# (S, A + K), (S, A + K, A + K)``.
     """
 
     channel: int
     name: str
-    found: int
+    preceding: int
     gradient: Tensor
     curvature: Tensor
 
@@ -180,19 +180,19 @@ class TermFit:
     @property
     def most(self) -> float:
         """Fall of the loss by the term that is fitted to it."""
-        gradient, curvature, n = self.gradient.sum(0), self.curvature.sum(0), self.found
+        gradient, curvature, n = self.gradient.sum(0), self.curvature.sum(0), self.preceding
         before = float(gradient[:n] @ solve(curvature[:n, :n], gradient[:n])) if n else 0.0
         return float(gradient @ solve(curvature, gradient)) - before
 
     def fall(self, folds: NDArray[np.int64]) -> float:
         """Fall of the held-out loss by the term."""
         gradient, curvature = summed(self.gradient, folds), summed(self.curvature, folds)
-        before = _saved(gradient[:, : self.found], curvature[:, : self.found, : self.found])
+        before = _saved(gradient[:, : self.preceding], curvature[:, : self.preceding, : self.preceding])
         return _saved(gradient, curvature) - before
 
     def chance(self, clusters: NDArray[np.int64]) -> float:
         """Probability that the term is this far from none by chance."""
-        step, term = self.step, slice(self.found, None)
+        step, term = self.step, slice(self.preceding, None)
         spread = clustered(self.gradient + self.curvature @ step, self.curvature, clusters)
         return chance_of(step[term], spread[term, term], len(np.unique(clusters[clusters >= 0])))
 

@@ -22,7 +22,7 @@ def explain_rest(scored: Scored) -> tuple[tuple[Leftover, ...], Term | None]:
     result, prepared = scored.result, scored.result.prepared
     selection, spread, problems = result.selection, prepared.spread, prepared.problems
     rest = Rest.of(problems.problem, spread, problems.whitening, selection.fit.values)
-    # Commands that no row tells push the robot, and what they did goes with what it then did.
+    # Commands that no row holds move the robot, and what they did goes with what it then did.
     commands_lost = prepared.checked.commands_lost or any(finding.doubtful for finding in scored.findings)
     leftovers = () if commands_lost else _leftovers(scored, rest)
     if not (scored.findings or commands_lost) and not any(leftover.matters for leftover in leftovers):
@@ -76,7 +76,7 @@ def find_far(stages: Sequence[Rung], floor: Sequence[Floor], motion: float) -> t
         floor: of a model that misses nothing.
         motion: part of the robot's motion that all errors make.
     """
-    far = [one for one in _times_noise(stages, floor, SETTINGS.gap) if one[0] > SETTINGS.far]
+    far = [error for error in _times_noise(stages, floor, SETTINGS.gap) if error[0] > SETTINGS.far]
     return _worst(far, f"{judged_at(floor).horizon:.3g} s ahead" if far else "", motion)
 
 
@@ -98,7 +98,7 @@ def judged_at(floor: Sequence[Floor]) -> Floor:
     return min(floor, key=lambda level: abs(level.horizon - JUDGED_AT))
 
 
-def disturbed_said(floor: Sequence[Floor]) -> tuple[str, ...]:
+def disturbance_notes(floor: Sequence[Floor]) -> tuple[str, ...]:
     """What disturbances that follow nothing measured do to predictions, where that is most of the floor's squares."""
     times = judged_at(floor).disturbed if floor else {}
     worst = max(judged(times), key=times.__getitem__, default="")
@@ -134,5 +134,5 @@ def find_astray(stage: Rung, noise: Floor) -> tuple[Leftover, ...]:
     nearest = stage.nearest(noise.horizon)
     errors = ((stage.horizons[nearest][name], noise.errors[name][0], name) for name in stage.worse.get(nearest, ()))
     far = ((error, lowest, name) for error, lowest, name in errors if error.low > SETTINGS.above_noise * lowest)
-    found = [(error.value / max(lowest, 1e-12), name) for error, lowest, name in far]
-    return _worst(found, f"{noise.horizon:.3g} s ahead, which is worse than if nothing changed")
+    ratios = [(error.value / max(lowest, 1e-12), name) for error, lowest, name in far]
+    return _worst(ratios, f"{noise.horizon:.3g} s ahead, which is worse than if nothing changed")

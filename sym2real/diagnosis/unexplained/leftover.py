@@ -133,8 +133,8 @@ class Rest:
     def answered(self, channel: str, r2: float) -> bool:
         """Whether a disturbance is what the robot and its controller answer, instead of depending on what they do.
 
-        What a disturbance depends on stands before it as well as behind it. A random push tells of what follows, and
-        little that went before tells of it: C. Sims, "Money, income, and causality", Am. Econ. Review 62 (1972).
+        What a disturbance depends on stands before it as well as behind it. A random disturbance explains what follows,
+        and little that went before explains it: C. Sims, "Money, income, and causality", Am. Econ. Review 62 (1972).
 
         Args:
             channel: of the disturbance.
@@ -178,7 +178,7 @@ def find_leftovers(rest: Rest, of_the_base: Callable[[], Rest] | None = None) ->
     base: Rest | None = None
     leftovers = []
     scored = ((*rest.explained(channel), channel) for channel in rest.suspects())
-    for r2, size, channel in sorted((one for one in scored if one[0] > SETTINGS.worth_saying), reverse=True):
+    for r2, size, channel in sorted((entry for entry in scored if entry[0] > SETTINGS.worth_saying), reverse=True):
         place = rest.names.index(channel)
         if size < SETTINGS.negligible * rest.sizes[place] or rest.answered(channel, r2):
             continue

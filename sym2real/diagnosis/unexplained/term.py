@@ -55,7 +55,7 @@ def propose(informed: Equations, data: Dataset, rest: Rest, leftover: Leftover, 
         data: the logs that the rest is of.
         rest: what is left.
         leftover: what it depends on, or its size where it is constant.
-        whitening: weighs the residuals.
+        whitening: of the residuals.
     """
     channel = leftover.channel
     if channel not in rest.names:  # a measurement that is off is no disturbance
@@ -65,11 +65,11 @@ def propose(informed: Equations, data: Dataset, rest: Rest, leftover: Leftover, 
         if variable is None:  # a change, an angle's lag: no quantity that the equations hold
             return None
         values = rest.values[:, rest.features.index(leftover.explained_by)]
-        found = _polynomial(variable, values, rest.disturbances[:, rest.names.index(channel)])
+        expression = _polynomial(variable, values, rest.disturbances[:, rest.names.index(channel)])
     else:
-        found = sympy.Float(leftover.size)
-    scale, gain = _scaled(informed, data, channel, found, whitening)
-    rounded = canonical(found * scale)
+        expression = sympy.Float(leftover.size)
+    scale, gain = _scaled(informed, data, channel, expression, whitening)
+    rounded = canonical(expression * scale)
     short = {atom: sympy.Float(float(f"{float(atom):.{DIGITS}g}")) for atom in rounded.atoms(sympy.Float)}
     rounded = rounded.xreplace(short)
     return Term(channel, text(rounded), gain) if gain > SETTINGS.gain else None

@@ -2,22 +2,22 @@
 
 from sym2real.diagnosis import Diagnosis, Finding
 from sym2real.effects import EFFECTS
-from sym2real.report.diagnosis import TOO_FEW, fault_lines, interval_said, known_of
+from sym2real.report.diagnosis import TOO_FEW, fault_lines, interval_text, known_of
 from sym2real.report.html.page import Card, Cards, Lines, Part, Section
 from sym2real.report.html.sentences import plain, sentence
 
 QUESTION = "What is missing?"
 
 
-def missing(found: Diagnosis) -> Section:
+def missing(diagnosis: Diagnosis) -> Section:
     """Section of what was found."""
     parts: list[Part] = []
-    if found.findings:
-        parts.append(Cards("Effects that the model lacks", [_card(finding) for finding in found.findings]))
+    if diagnosis.findings:
+        parts.append(Cards("Effects that the model lacks", [_card(finding) for finding in diagnosis.findings]))
     else:
         parts.append(Lines("", ["No effect was found that the model lacks."]))
-    if found.faults:
-        faults = [sentence(plain(line)) for line in fault_lines(found.faults)]
+    if diagnosis.faults:
+        faults = [sentence(plain(line)) for line in fault_lines(diagnosis.faults)]
         parts.append(Lines("Wrong with the data, and undone where the logs tell how", faults))
     return Section("missing", QUESTION, parts)
 
@@ -27,7 +27,7 @@ def _card(finding: Finding) -> Card:
     if finding.provisional:
         facts.append(("provisional", TOO_FEW))
     for name, estimate in finding.parameters.items():
-        interval = interval_said(finding, name)
-        facts.append((name, f"{estimate.said} ({interval})" if interval else estimate.said))
+        interval = interval_text(finding, name)
+        facts.append((name, f"{estimate.text} ({interval})" if interval else estimate.text))
     about = EFFECTS[finding.effect.partition(":")[0]].summary
     return Card(finding.effect, about, [*facts, *known_of(finding)], finding.share)

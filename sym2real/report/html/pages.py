@@ -22,7 +22,7 @@ from sym2real.report.html.observed import observe
 from sym2real.report.html.page import Figures, Lines, Page, Part, Section
 from sym2real.report.html.remaining import remaining
 from sym2real.report.html.render import write_page
-from sym2real.report.html.sentences import plain, sentence
+from sym2real.report.html.sentences import plain, sentence, sentences
 from sym2real.report.html.variants import Given, Predicting, Switch, WithFindings
 from sym2real.report.ladder import ladder_table
 from sym2real.report.tables import number
@@ -43,21 +43,21 @@ def comparison_page(model: Predicting, data: Dataset, comparison: Comparison, ti
     return model_page(Given((model,)), data, title, comparison)
 
 
-def diagnosis_page(base: Equations, logs: Dataset, found: Diagnosis, title: str) -> Page:
+def diagnosis_page(base: Equations, logs: Dataset, diagnosis: Diagnosis, title: str) -> Page:
     """All five questions.
 
     Args:
         base: the model that was diagnosed.
         logs: those of the diagnosis; the faults that it found are undone again.
-        found: the diagnosis.
+        diagnosis: the diagnosis.
         title: of the page.
     """
-    variants = WithFindings(base, found.findings) if found.findings else Given((base,))
-    data = check(base, logs).data
+    variants = WithFindings(base, diagnosis.findings) if diagnosis.findings else Given((base,))
+    data, added = check(base, logs).data, _scored(diagnosis)
     comparison = compare(base, data)
-    if found.where:
-        comparison = replace(comparison, where=found.where)
-    return model_page(variants, data, title, comparison, found.summary, added=_scored(found), found=found)
+    if diagnosis.where:
+        comparison = replace(comparison, where=diagnosis.where)
+    return model_page(variants, data, title, comparison, diagnosis.summary, added=added, diagnosis=diagnosis)
 
 
 def adaptation_page(adaptation: Adaptation, title: str) -> Page:
@@ -81,7 +81,7 @@ def model_page(
     summary: str = "",
     *,
     added: Sequence[Part] | None = None,
-    found: Diagnosis | None = None,
+    diagnosis: Diagnosis | None = None,
 ) -> Page:
     """A model on logs and, where there is one, what it has become.
 
@@ -92,51 +92,51 @@ def model_page(
         comparison: of the model that is given.
         summary: of the page; the comparison's by default.
         added: what stands ahead of the curves where something was added; None where nothing was to be.
-        found: its diagnosis, if there is one.
+        diagnosis: its diagnosis, if there is one.
     """
     observed = observe(variants, data, comparison.start)
     drawn, good, facts = curves(observed), accuracy(comparison, observed), _facts(data)
     sections = [good if added is not None else replace(good, parts=(*good.parts, drawn)), failing(comparison, observed)]
-    if found is not None:
-        sections.append(missing(found))
-        facts += [("hypotheses", str(found.tried)), ("time taken", f"{found.seconds:.0f} s")]
+    if diagnosis is not None:
+        sections.append(missing(diagnosis))
+        facts += [("hypotheses", str(diagnosis.tried)), ("time taken", f"{diagnosis.seconds:.0f} s")]
     if added is not None:
         equations = formulas(variants.base, variants.findings) if isinstance(variants, WithFindings) else []
         sections.append(Section("added", ADDED, (*added, drawn, *equations)))
     return Page(
         title,
-        summary or _said(comparison),
-        [*sections, remaining(comparison, found)],
-        verdict="" if found is None else found.verdict.replace("_", " ").lower(),
+        summary or _summary(comparison),
+        [*sections, remaining(comparison, diagnosis)],
+        verdict="" if diagnosis is None else diagnosis.verdict.replace("_", " ").lower(),
         facts=facts,
         switches=variants.switches,
         logs=[(log.name or f"log {place}", log.time[-1] - log.time[0]) for place, log in enumerate(data, start=1)],
     )
 
 
-def write_diagnosis_page(found: Diagnosis, base: Equations, logs: Logs, file: str | Path) -> Path:
+def write_diagnosis_page(diagnosis: Diagnosis, base: Equations, logs: Logs, file: str | Path) -> Path:
     """Write the page of a diagnosis; the file.
 
     Args:
-        found: the diagnosis.
+        diagnosis: the diagnosis.
         base: the model that was diagnosed.
         logs: those of the diagnosis.
         file: what to write.
     """
-    page = diagnosis_page(base, long_enough(logs, base), found, f"{base.robot or 'model'}, diagnosed")
+    page = diagnosis_page(base, long_enough(logs, base), diagnosis, f"{base.robot or 'model'}, diagnosed")
     return write_page(page, Path(file))
 
 
-def _scored(found: Diagnosis) -> list[Part]:
+def _scored(diagnosis: Diagnosis) -> list[Part]:
     """What held-out data say of the findings."""
     parts: list[Part] = []
-    if found.ladder:
-        parts.append(Figures("One effect after the other, on held-out data", ladder_charts(found.ladder, found.floor)))
-        parts.append(ladder_table(found.ladder, found.floor, found.held_out, apart=found.apart))
-    if found.gate.best is not None:
-        parts.append(Lines("", [sentence(plain(gate_line(found.gate, found.gate.best)))]))
-    if found.prediction is not None:
-        parts.append(Lines("Values fitted to predictions", [sentence(plain(line)) for line in prediction_lines(found)]))
+    if ladder := diagnosis.ladder:
+        parts.append(Figures("One effect after the other, on held-out data", ladder_charts(ladder, diagnosis.floor)))
+        parts.append(ladder_table(ladder, diagnosis.floor, diagnosis.held_out, apart=diagnosis.apart))
+    if diagnosis.gate.best is not None:
+        parts.append(Lines("", [sentence(plain(gate_line(diagnosis.gate, diagnosis.gate.best)))]))
+    if diagnosis.prediction is not None:
+        parts.append(Lines("Values fitted to predictions", sentences(map(plain, prediction_lines(diagnosis)))))
     return parts
 
 
@@ -145,7 +145,7 @@ def _facts(data: Dataset) -> list[tuple[str, str]]:
     return [("logs", str(len(data))), ("rows", str(rows)), ("length", f"{seconds:.0f} s"), ("step", f"{data.dt:.4g} s")]
 
 
-def _said(comparison: Comparison) -> str:
+def _summary(comparison: Comparison) -> str:
     errors = comparison.at(JUDGED_AT)
     name, first = next(iter(errors.errors.items()))
     return f"{errors.horizon:.3g} s ahead the model's {name} is {first.value:.2g} {first.unit} off (root mean square)."

@@ -84,7 +84,7 @@ class Starts:
         Args:
             predicted: of every window ``# (W, steps, state)``.
         """
-        found = []
+        by_log = []
         for index, log in enumerate(self.data):
             mine = self.log == index
             rows, pieces = self.row[mine], predicted[torch.as_tensor(mine)].numpy()
@@ -94,5 +94,5 @@ class Starts:
             for row, piece in zip(rows[::every], pieces[::every], strict=True):
                 last = min(row + every * stride - 1, len(log), row + 1 + self.steps)
                 states[row + 1 : last] = piece[: last - row - 1]
-            found.append(states)
-        return found
+            by_log.append(states)
+        return by_log

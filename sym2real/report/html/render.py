@@ -107,12 +107,12 @@ def in_script(data: Any) -> str:
 
 
 def _environment() -> Environment:
-    found = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    found.filters["figures"] = lambda value: "–" if not math.isfinite(value) else number(value)
-    found.filters["kind"] = lambda part: type(part).__name__
-    found.filters |= {"plain": plain, "sentence": sentence}
-    found.filters["rows"] = lambda table: zip(*(column.cells for column in table.columns), strict=True)
-    return found
+    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    environment.filters["figures"] = lambda value: "–" if not math.isfinite(value) else number(value)
+    environment.filters["kind"] = lambda part: type(part).__name__
+    environment.filters |= {"plain": plain, "sentence": sentence}
+    environment.filters["rows"] = lambda table: zip(*(column.cells for column in table.columns), strict=True)
+    return environment
 
 
 @cache

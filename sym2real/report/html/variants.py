@@ -76,5 +76,5 @@ class WithFindings:
 
 
 def _switch(group: Sequence[Finding]) -> Switch:
-    about = "; ".join(f"{name} {estimate.said}" for finding in group for name, estimate in finding.parameters.items())
+    about = "; ".join(f"{name} {estimate.text}" for finding in group for name, estimate in finding.parameters.items())
     return Switch(" and ".join(finding.effect for finding in group), about)

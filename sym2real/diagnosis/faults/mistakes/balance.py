@@ -100,8 +100,8 @@ class Balances:
     @classmethod
     def of(cls, model: Equations, data: Dataset) -> Balances | None:
         """None where the logs have other columns than the model."""
-        found = from_row_to_row(model, data)
-        return None if found is None else cls(model, found[0])
+        per_row = from_row_to_row(model, data)
+        return None if per_row is None else cls(model, per_row[0])
 
     def inside(self, data: Dataset) -> Balance:
         """The balance without the ends of logs that are long enough, which shifts of columns make up."""
@@ -174,21 +174,21 @@ def _quantities(layout: Layout) -> dict[str, tuple[str, list[int]]]:
 
     What has no frame goes by its columns: joints and their rates.
     """
-    found: dict[str, tuple[str, list[int]]] = {}
+    quantities: dict[str, tuple[str, list[int]]] = {}
     for field, places in zip(layout.fields, layout.tangent_places, strict=True):
         if field.frame == "world" and field.kind == "vector":
-            found[f"level {field.name}"] = field.name, list(places[:LEVEL])
+            quantities[f"level {field.name}"] = field.name, list(places[:LEVEL])
             if len(places) > LEVEL:
-                found[f"upright {field.name}"] = field.name, list(places[LEVEL:])
+                quantities[f"upright {field.name}"] = field.name, list(places[LEVEL:])
         elif not field.frame and field.kind == "vector":
-            found |= {column: (field.name, [place]) for column, place in zip(field.columns, places, strict=True)}
+            quantities |= {column: (field.name, [place]) for column, place in zip(field.columns, places, strict=True)}
         elif len(places) == 1:
-            found[field.name] = field.name, list(places)
+            quantities[field.name] = field.name, list(places)
         else:
-            found |= {
+            quantities |= {
                 f"{field.name} about {axis}": (field.name, [place]) for axis, place in zip("xyz", places, strict=False)
             }
-    return found
+    return quantities
 
 
 def chance(before: Array, after: Array) -> float:
@@ -197,7 +197,7 @@ def chance(before: Array, after: Array) -> float:
 
 
 def without_drag(balance: Balance) -> Array:
-    """Losses ``# (q,)`` where a force along the velocity takes what it can: it turns what pushes, as a frame does."""
+    """Losses ``# (q,)`` where a force along the velocity takes what it can: it turns accelerations, as a frame does."""
     pace = balance.predicted[balance.names.index("level position")] if "level position" in balance.names else None
     return balance.losses.mean(0) if pace is None else _without(balance, ("level velocity",), [pace])
 

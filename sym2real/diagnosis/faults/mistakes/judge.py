@@ -33,14 +33,14 @@ def mistakes(model: Equations, data: Dataset) -> list[Breach]:
     balances = Balances.of(model, data) if len(present(data, POSITION.columns)) != 1 else None
     if balances is None:
         return []
-    found = list[Breach]()
+    breaches = list[Breach]()
     for _ in range(MOST):
         breach = _best(balances, data) or _late_commands(balances, data)
         if breach is None or _is_a_sensors_sign(breach.transformation, data):
             break
-        found.append(breach)
+        breaches.append(breach)
         data = breach.undone(data)
-    return found
+    return breaches
 
 
 def _is_a_sensors_sign(transformation: Transformation, data: Dataset) -> bool:
@@ -52,18 +52,18 @@ def _is_a_sensors_sign(transformation: Transformation, data: Dataset) -> bool:
 def _best(balances: Balances, data: Dataset) -> Breach | None:
     """The transformation that gains most; of two kinds that gain as much the simpler."""
     now, inside = balances(data), balances.inside(data)
-    tried = [*transformations(data, now), *fitting_scales(balances, data, now)]
-    judged = [_judged(balances, inside if isinstance(one, Late) else now, one, data, len(tried)) for one in tried]
-    held = sorted((one for one in judged if one is not None), key=lambda one: one[0])
+    trials = [*transformations(data, now), *fitting_scales(balances, data, now)]
+    judged = [_judged(balances, inside if isinstance(case, Late) else now, case, data, len(trials)) for case in trials]
+    held = sorted((gain for gain in judged if gain is not None), key=lambda gain: gain[0])
     best = {type(breach.transformation): (gain, breach) for gain, breach in held}
     least = SETTINGS.nearly * max((gain for gain, _ in held), default=0.0)
-    found = next((best[kind][1] for kind in map(type, tried) if kind in best and best[kind][0] >= least), None)
-    if found is None:
+    chosen = next((best[kind][1] for kind in map(type, trials) if kind in best and best[kind][0] >= least), None)
+    if chosen is None:
         return None
-    if isinstance(late := found.transformation, Late):
-        found = replace(found, transformation=with_its_place(late, data, balances))
-    others = (one.transformation for gain, one in held if gain >= least)
-    return replace(found, others=tuple(one.name for one in others if _apart(one, found.transformation)))
+    if isinstance(late := chosen.transformation, Late):
+        chosen = replace(chosen, transformation=with_its_place(late, data, balances))
+    others = (breach.transformation for gain, breach in held if gain >= least)
+    return replace(chosen, others=tuple(other.name for other in others if _apart(other, chosen.transformation)))
 
 
 def _late_commands(balances: Balances, data: Dataset) -> Breach | None:
@@ -74,16 +74,16 @@ def _late_commands(balances: Balances, data: Dataset) -> Breach | None:
     """
     if data.dt < (1.0 - SETTINGS.same) * balances.model.dt:  # such rows are no steps of the model
         return None
-    tried = [Late("commands", data.layouts.action.columns, rows, data.dt) for rows in COMMAND_ROWS]
-    likely = [step_likelihood(balances.model, of_all(late, data)) for late in tried]
+    lates = [Late("commands", data.layouts.action.columns, rows, data.dt) for rows in COMMAND_ROWS]
+    likely = [step_likelihood(balances.model, of_all(late, data)) for late in lates]
     best = int(np.argmax(likely))
-    beside = max(value for late, value in zip(tried, likely, strict=True) if late.rows <= 0)
+    beside = max(value for late, value in zip(lates, likely, strict=True) if late.rows <= 0)
     if not np.exp(2.0 * (beside - likely[best]) / sum(map(len, data))) < SETTINGS.mostly:  # or no number
         return None
-    late = _those_late(balances.model, data, tried[best], likely[best])
+    late = _those_late(balances.model, data, lates[best], likely[best])
     old, new = (balances(logs).losses.mean(0) for logs in (data, of_all(late, data)))
     most = int(np.argmax(old - new))
-    shown = _said(balances(data).names[most], old[most], new[most])
+    shown = _evidence(balances(data).names[most], old[most], new[most])
     return Breach(late, shown) if new[most] < SETTINGS.mostly else None
 
 
@@ -91,7 +91,7 @@ def _those_late(model: Equations, data: Dataset, late: Late, likelihood: float) 
     """Without the commands that are on time: beyond chance, errors are smaller where they stay."""
     while len(late.columns) > 1:
         fewer = [replace(late, columns=tuple(n for n in late.columns if n != name)) for name in late.columns]
-        likely = [step_likelihood(model, of_all(one, data)) for one in fewer]
+        likely = [step_likelihood(model, of_all(subset, data)) for subset in fewer]
         best = int(np.argmax(likely))
         if likely[best] - likelihood < SETTINGS.sensor_deviations**2:
             break
@@ -99,27 +99,27 @@ def _those_late(model: Equations, data: Dataset, late: Late, likelihood: float) 
     return late
 
 
-def _said(quantity: str, before: float, after: float) -> str:
+def _evidence(quantity: str, before: float, after: float) -> str:
     """What shows a transformation: in which quantity how much less is missed."""
     missed = f"{100 * before:.2g} % of the squared changes of the {quantity}"
     return f"model and log differ by {missed} as it stands, by {100 * after:.2g} % without"
 
 
-def _apart(one: Transformation, other: Transformation) -> bool:
+def _apart(first: Transformation, second: Transformation) -> bool:
     """Whether two of one kind are of other columns."""
-    if isinstance(one, Exchanged) and isinstance(other, Exchanged):
-        return not {own for own, _ in one.wrong} & {own for own, _ in other.wrong}
-    return isinstance(one, Scaled) and isinstance(other, Scaled) and not {*one.columns} & {*other.columns}
+    if isinstance(first, Exchanged) and isinstance(second, Exchanged):
+        return not {own for own, _ in first.wrong} & {own for own, _ in second.wrong}
+    return isinstance(first, Scaled) and isinstance(second, Scaled) and not {*first.columns} & {*second.columns}
 
 
-def _judged(balances: Balances, now: Balance, transformation: Transformation, data: Dataset, tried: int) -> Gain | None:
+def _judged(balances: Balances, now: Balance, transformation: Transformation, data: Dataset, tests: int) -> Gain | None:
     """What undoing it gains, where that is beyond chance and nothing else becomes worse."""
     then = (balances.inside if isinstance(transformation, Late) else balances)(of_all(transformation, data))
     old, new = now.losses.mean(0), then.losses.mean(0)
     better = old - new
     # A velocity behind a filter is none of an early position: what both have in common only speaks against.
-    said = np.array([not name.endswith("by velocity") for name in now.names])
-    clear = (old > SETTINGS.far * new) & (new < SETTINGS.mostly) & said
+    counted = np.array([not name.endswith("by velocity") for name in now.names])
+    clear = (old > SETTINGS.far * new) & (new < SETTINGS.mostly) & counted
     if not clear.any() or -better.min() > SETTINGS.others_worse * better.max() or _in_all(new) > _in_all(old):
         return None
     if isinstance(transformation, Turned) and transformation.field == "attitude":
@@ -134,9 +134,9 @@ def _judged(balances: Balances, now: Balance, transformation: Transformation, da
         clear &= (mimicked > SETTINGS.far * new) & (_in_all(mimicked) > _in_all(new))
     chances = [chance(now.missed(place), then.missed(place)) if clear[place] else 1.0 for place in range(len(old))]
     most = int(np.argmin(chances))
-    if chances[most] > SETTINGS.false_alarms_of_each(tried):
+    if chances[most] > SETTINGS.false_alarms_of_each(tests):
         return None
-    return float(better.sum()), Breach(transformation, _said(now.names[most], old[most], new[most]))
+    return float(better.sum()), Breach(transformation, _evidence(now.names[most], old[most], new[most]))
 
 
 def _in_all(losses: Array) -> float:

@@ -27,37 +27,37 @@ def behind_their_rates(model: Equations | None, data: Dataset) -> Settled:
     """
     given, lates, asked = data, list[tuple[Late, str]](), set[str]()
     balances = Balances.of(model, data) if model else None
-    while found := [reading for reading in _shifted(data) if reading.of not in asked]:
-        asked |= {measured := found[0].of}  # of a heading that has been mended velocities have turned
+    while shifted := [reading for reading in _shifted(data) if reading.of not in asked]:
+        asked |= {measured := shifted[0].of}  # of a heading that has been mended velocities have turned
         predicted = of_the_model(model, data, honest=0.0) if model else {}
         own = {column: reading.shift for column, reading in predicted.items()}
-        ahead = {one.column: own.get(one.column, 0.0) - one.shift for one in found if one.of == measured}
+        ahead = {rate.column: own.get(rate.column, 0.0) - rate.shift for rate in shifted if rate.of == measured}
         if min(ahead.values()) < SETTINGS.part_of_a_row * data.dt:
             continue
         rows = float(np.median([*ahead.values()])) / data.dt
         done = {name for late, _ in lates for name in late.columns}
-        said = ", ".join(f"{column} is {1e3 * by:.0f} ms ahead" for column, by in ahead.items())
+        text = ", ".join(f"{column} is {1e3 * by:.0f} ms ahead" for column, by in ahead.items())
         for what, columns in _measured_together(data.layouts.state, measured):
             late = Late(what, tuple(name for name in columns if name not in done), rows, data.dt)
             late = with_its_place(late, data, balances)
             mended = of_all(late, data)
             if _rates_of(late, mended) <= _rates_of(late, data):  # none was on time and is so no longer
-                lates.append((late, f"{said} of it"))
+                lates.append((late, f"{text} of it"))
                 data = mended
                 break
-    return _by_one_clock(lates, given)
+    return _by_common_clock(lates, given)
 
 
-def _by_one_clock(lates: Sequence[tuple[Late, str]], data: Dataset) -> Settled:
+def _by_common_clock(lates: Sequence[tuple[Late, str]], data: Dataset) -> Settled:
     """To parts of a row; a heading and a place that are as late, but for what honest rates may be, are one sensor's."""
     rows = [late.rows for late, _ in lates]
     if len(rows) == 2 and max(rows) - min(rows) < 1.0 and lates[0][0].columns in POINTING:
         columns = tuple(name for late, _ in lates for name in late.columns)
-        lates = [(Late(POSE, columns, float(np.mean(rows)), data.dt), "; ".join(said for _, said in lates))]
+        lates = [(Late(POSE, columns, float(np.mean(rows)), data.dt), "; ".join(text for _, text in lates))]
     faults, read = list[Fault](), AsRead(data[0].sources)
-    for exact, said in lates:
+    for exact, text in lates:
         late = replace(exact, rows=SETTINGS.part_of_a_row * round(exact.rows / SETTINGS.part_of_a_row))
-        faults.append(Fault("", f"{late.name}: {said}", late.fix(read)))
+        faults.append(Fault("", f"{late.name}: {text}", late.fix(read)))
         data = of_all(late, data)
     return faults, data
 
@@ -76,11 +76,11 @@ def _shifted(data: Dataset) -> list[Reading]:
 def _rates_of(late: Late, data: Dataset) -> set[str]:
     """Rates of what was moved that are not on time."""
     state = data.layouts.state
-    return {one.column for one in _shifted(data) if {*measured_by(state, one.of)[1]} & {*late.columns}}
+    return {rate.column for rate in _shifted(data) if {*measured_by(state, rate.of)[1]} & {*late.columns}}
 
 
 def with_its_place(late: Late, data: Dataset, balances: Balances | None) -> Late:
-    """The place is late with an attitude or a heading where the model pushes the robot as it moves only then.
+    """The place is late with an attitude or a heading where the model accelerates the robot as it moves only then.
 
     A velocity behind a filter, a row late, must not say as much, and what slows the robot not hide it.
     """

@@ -46,12 +46,12 @@ def transformations(data: Dataset, balance: Balance) -> Iterator[Transformation]
     if len(commands) == len(rates) == 3:
         yield from _in_common(_followed(data, rates, commands), (commands,))
     elif not motors_of(data.layouts.action):  # whose order and spin have a look of their own
-        yield from _swapped((_one_by_one(data.layouts.action),))
+        yield from _swapped((_single_columns(data.layouts.action),))
     yield from _of_attitudes(data, balance)
     yield from _of_joints(data, balance)
     # What has rates is late against these, to parts of a row (``late_pose.py``).
-    told = {name for of in rates_of(data).values() for name in measured_by(data.layouts.state, of)[1]}
-    for sensor in (one for one in data.layouts.state.fields if not told.issuperset(one.columns)):
+    with_rates = {name for of in rates_of(data).values() for name in measured_by(data.layouts.state, of)[1]}
+    for sensor in (sensor for sensor in data.layouts.state.fields if not with_rates.issuperset(sensor.columns)):
         yield from (Late(sensor.name, sensor.columns, rows, data.dt) for rows in SHIFTS)
     # As a satellite receiver's or a camera's, beside an attitude of the robot's own.
     if position and velocity and len(position) == len(velocity):
@@ -79,7 +79,7 @@ def _axes(data: Dataset) -> Iterator[Transformation]:
 def _of_joints(data: Dataset, balance: Balance) -> Iterator[Exchanged]:
     """Joints and commands that count the other way, and joints of one kind in another order."""
     state, commands = data.layouts.state, data.layouts.action.columns
-    alone = () if motors_of(data.layouts.action) else _one_by_one(data.layouts.action)
+    alone = () if motors_of(data.layouts.action) else _single_columns(data.layouts.action)
     for columns in (*((joint, state.rates[joint]) for joint in state.joints), *((command,) for command in alone)):
         yield Exchanged(columns, columns, (-1,) * len(columns))
     for field in state.fields:
@@ -96,7 +96,7 @@ def _of_joints(data: Dataset, balance: Balance) -> Iterator[Exchanged]:
             yield from _in_common(turned.T, (commands,))
 
 
-def _one_by_one(layout: Layout) -> tuple[str, ...]:
+def _single_columns(layout: Layout) -> tuple[str, ...]:
     """The columns that may be taken for another: a quaternion's are none by themselves."""
     return tuple(name for field in layout.fields if field.kind == "vector" for name in field.columns)
 
@@ -110,8 +110,8 @@ def _of_attitudes(data: Dataset, balance: Balance) -> Iterator[OfAttitude]:
     for ending in ("", COMMANDED):
         quaternion = tuple(f"{name}{ending}" for name in ATTITUDE.columns)
         if present(data, quaternion) == quaternion:
-            for one in _orders((tuple(f"{angle}{ending}" for angle in EULER_ANGLES[:2]),)):
-                yield OfAttitude(one.columns, one.sources, one.signs, quaternion)
+            for order in _orders((tuple(f"{angle}{ending}" for angle in EULER_ANGLES[:2]),)):
+                yield OfAttitude(order.columns, order.sources, order.signs, quaternion)
 
 
 def _swapped(vectors: Sequence[tuple[str, ...]]) -> Iterator[Exchanged]:

@@ -54,10 +54,10 @@ class BadRows:
         if self.kind == "stand":
             return f"{names} stands: {count} rows hold the same bits while what is measured with it goes on"
         places, off = sum(map(len, self.cuts)), any(rows.any() for rows in self.rows)
-        found = [f"{count} rows are off by far more than any step"] if off else []
+        clauses = [f"{count} rows are off by far more than any step"] if off else []
         where = "place" if places == 1 else "places"
-        found += [f"at {places} {where} it stays elsewhere, further off than any step"] if places else []
-        return f"{names} jumps: {', and '.join(found)}"
+        clauses += [f"at {places} {where} it stays elsewhere, further off than any step"] if places else []
+        return f"{names} jumps: {', and '.join(clauses)}"
 
     def fix(self, _: AsRead) -> str:
         """What to change."""
@@ -81,7 +81,7 @@ def bad_rows(data: Dataset) -> list[BadRows]:
             break
         damages.append(bad)
         data = whole
-    for columns in (one for field in fields if field.kind == "vector" for one in _sensors(field)):
+    for columns in (sensor for field in fields if field.kind == "vector" for sensor in _sensors(field)):
         if (jumping := _jumping(data, columns)) is not None:
             damages.append(jumping)
             data = jumping.undone(data)
@@ -156,10 +156,10 @@ def _jumping(data: Dataset, columns: tuple[str, ...]) -> BadRows | None:
     least = max(least, SETTINGS.jump_metres) if stays else least
     moving = [np.linalg.norm(around, axis=1) for around in usual]
     jumps = [np.flatnonzero(size > np.maximum(least, move)) + 1 for size, move in zip(sizes, moving, strict=True)]
-    found = [_excursions(change, there, stays=stays) for change, there in zip(changes, jumps, strict=True)]
-    if least <= 0.0 or not any(rows.any() or cuts for rows, cuts in found):
+    excursions = [_excursions(change, there, stays=stays) for change, there in zip(changes, jumps, strict=True)]
+    if least <= 0.0 or not any(rows.any() or cuts for rows, cuts in excursions):
         return None
-    rows, cuts = zip(*found, strict=True)
+    rows, cuts = zip(*excursions, strict=True)
     return BadRows("jump", columns, rows, cuts)
 
 

@@ -89,8 +89,8 @@ class Exchanged:
     def _meant_by_zero(self) -> float:
         """The heading in rad that is meant by a logged one of zero, whose cosine is 1."""
         pairs = zip(self.columns, self.sources, self.signs, strict=True)
-        found = {other: sign * (own == HEADING.columns[1]) for own, other, sign in pairs}
-        return atan2(*(found[name] for name in HEADING.columns))
+        components = {other: sign * (own == HEADING.columns[1]) for own, other, sign in pairs}
+        return atan2(*(components[name] for name in HEADING.columns))
 
     def undone(self, log: Trajectory) -> Trajectory:
         """With every column in its own place."""
@@ -172,8 +172,8 @@ class OtherAxes:
 
     def undone(self, log: Trajectory) -> Trajectory:
         """Along the axes that are meant."""
-        found = turned(log, self.columns, to_world=self.logged == "body")
-        return log.with_columns(dict(zip(self.columns, found.T, strict=False)))
+        vectors = turned(log, self.columns, to_world=self.logged == "body")
+        return log.with_columns(dict(zip(self.columns, vectors.T, strict=False)))
 
 
 @dataclass(frozen=True)

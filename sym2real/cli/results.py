@@ -46,7 +46,7 @@ def write_simulator(informed: Equations, folder: Path, console: Console) -> tupl
     Args:
         informed: equations that hold the effects.
         folder: of the simulator.
-        console: is told where it is, or why there is none.
+        console: prints where it is, or why there is none.
 
     Returns:
         The files of the simulator.
@@ -71,7 +71,7 @@ def write_diagnosis(
     Args:
         base, data, diagnosis: the model, the logs and what they tell of it.
         out: the folder.
-        console: is told where things are.
+        console: prints where things are.
 
     Returns:
         What ``diagnosis.json`` holds: the diagnosis and, relative to the folder, the other files. The page, where it

@@ -20,14 +20,14 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Rival:
+class Alternative:
     """Another effect in the hypothesis's place.
 
     Args:
         effect: its key.
         gain: relative fall of the held-out whitened loss.
         as_good: the data cannot tell the two apart.
-        instead_of: the effect in whose place it was tried, beside the others.
+        instead_of: the effect in whose place it was fitted, beside the others.
         better: it surely does more.
     """
 
@@ -39,7 +39,7 @@ class Rival:
 
 
 @dataclass(frozen=True)
-class Tried:
+class HypothesisTest:
     """What logs say of one effect, or of several that are one hypothesis.
 
     Args:
@@ -63,7 +63,7 @@ class Tried:
     refused: tuple[str, ...]
     unneeded: tuple[str, ...]
     outdone: tuple[str, ...]
-    rivals: tuple[Rival, ...]
+    rivals: tuple[Alternative, ...]
     faults: tuple[Fault, ...]
     ladder: tuple[Rung, ...]
     floor: tuple[Floor, ...]
@@ -73,7 +73,7 @@ class Tried:
     seconds: float
 
     def __repr__(self) -> str:
-        return f"<Tried: {self.summary}>"
+        return f"<HypothesisTest: {self.summary}>"
 
     def plot(self) -> Figure:
         """Held-out error over the horizon, one effect after the other: a figure of matplotlib."""
@@ -81,7 +81,7 @@ class Tried:
         return figure
 
     def _repr_html_(self) -> str:
-        return str(upward("tried_html")(self))
+        return str(upward("hypothesis_html")(self))
 
     @property
     def finding(self) -> Finding:
@@ -121,11 +121,11 @@ class Tried:
     def _better(self) -> str:
         """What does more in the place of one."""
         groups = {finding.effect: finding.group for finding in self.findings}
-        for rival in sorted(self.rivals, key=lambda rival: rival.instead_of not in self.outdone):
-            more = rival.gain > self.beside[rival.instead_of] + SETTINGS.gain
-            if rival.better or (more and rival.effect not in groups[rival.instead_of]):
-                place = "its place" if len(self.findings) == 1 else f"the place of {rival.instead_of}"
-                return f"; {rival.effect} in {place} lowers it by {_percent(rival.gain)}"
+        for other in sorted(self.rivals, key=lambda other: other.instead_of not in self.outdone):
+            more = other.gain > self.beside[other.instead_of] + SETTINGS.gain
+            if other.better or (more and other.effect not in groups[other.instead_of]):
+                place = "its place" if len(self.findings) == 1 else f"the place of {other.instead_of}"
+                return f"; {other.effect} in {place} lowers it by {_percent(other.gain)}"
         return ""
 
     @property

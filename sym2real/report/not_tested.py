@@ -3,11 +3,11 @@
 from collections.abc import Iterable, Iterator
 from itertools import groupby
 
-from sym2real.diagnosis.predict.competitors import NotTried
+from sym2real.diagnosis.predict.competitors import NotTested
 from sym2real.effects.few_words import in_few_words
 
 
-def not_tried_said(left_out: Iterable[NotTried]) -> Iterator[str]:
+def lines_by_reason(left_out: Iterable[NotTested]) -> Iterator[str]:
     """A line for every reason, with the effects that it holds for."""
     ordered = sorted(left_out, key=lambda entry: entry.reason)
     for reason, same in groupby(ordered, key=lambda entry: entry.reason):

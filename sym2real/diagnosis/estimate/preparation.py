@@ -1,4 +1,4 @@
-"""What comes before any search: the base's own faults, candidates, and the covariance that weighs errors."""
+"""What comes before any search: the base's own faults, candidates, and the covariance of errors."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from sym2real.diagnosis.estimate.swing import Swing, find_swing
 from sym2real.diagnosis.estimate.whitening import Spread, Whitening, estimate, free_start
 from sym2real.diagnosis.faults.sanity import Checked
 from sym2real.diagnosis.predict.candidate import Candidate, candidates, library_for, library_of, swings
-from sym2real.diagnosis.predict.competitors import NotTried, competing
+from sym2real.diagnosis.predict.competitors import NotTested, competing
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.question import Examined, Question
@@ -31,7 +31,7 @@ from sym2real.symbolic.mass_normalised import units_said
 PROMISING = 0.05  # chance below which a swing is worth another estimate of the disturbances
 NO_SWING = "nothing in these logs swings beyond chance, beside what goes with the path"
 
-# Times that variances are estimated from a full model's residuals, each fit weighed by the last estimate.
+# Times that variances are estimated from a full model's residuals, each fit weighted by the last estimate.
 ROUNDS = 3
 # Part of every segment that the first full fit goes by.
 FIRST = 0.25
@@ -70,25 +70,25 @@ class Prepared(Refined):
     Args:
         checked: the data, faults undone.
         scored: the logs that score what is found.
-        tried: what competes.
+        candidates: what competes.
         problems: data, whitening, folds.
         spread: what shapes the covariance.
         full_fit: parameter set of all effects at once, which misses little ``# (P,)``.
         origin: parameter set from which effects are counted: null, or what calibration says of the base ``# (P,)``.
         calibration: the base against the plain simulator; None without one, and before it.
         swing: frequency and phases of a force that swings, if one was found.
-        not_tried: effects that do not compete, and why.
+        not_tested: effects that do not compete, and why.
     """
 
     checked: Checked
     scored: Dataset
-    tried: tuple[Candidate, ...]
+    candidates: tuple[Candidate, ...]
     problems: Problems
     spread: Spread
     full_fit: torch.Tensor
     origin: torch.Tensor
     swing: Swing | None
-    not_tried: tuple[NotTried, ...]
+    not_tested: tuple[NotTested, ...]
     calibration: Calibration | None = None
 
     @property
@@ -126,42 +126,42 @@ def refine_base(examined: Examined) -> Refined:
     return Refined(examined, model, library, searched, plant, flown, (*checked.notes, *about_model))
 
 
-def weigh_errors(base: Refined) -> Prepared:
+def estimate_covariance(base: Refined) -> Prepared:
     """Segments, noise and disturbances, and the phase of a force that swings."""
     data = base.examined.checked.data
-    weighed = _whitened(base.searched, data)
+    whitened = _whitened(base.searched, data)
     if base.searched is not base.library:
-        base, weighed = _likelier(base, weighed)
-    base = replace(base, notes=(*base.notes, *unpredicted_said(weighed.problem)))
+        base, whitened = _likelier(base, whitened)
+    base = replace(base, notes=(*base.notes, *unpredicted_notes(whitened.problem)))
     searched = base.searched
-    tried, found, logs = candidates(searched, data), weighed, data
+    effects, last, logs = candidates(searched, data), whitened, data
     swinging = [k for k, slot in enumerate(searched.slots) if searched.effects[slot.effect].searching.swings]
     # Disturbances are smaller without what swings, and against these it is held.
-    for chance in (PROMISING, SETTINGS.false_alarms_of_each(len(tried))):
-        still = found.values.clone()
+    for chance in (PROMISING, SETTINGS.false_alarms_of_each(len(effects))):
+        still = last.values.clone()
         still[swinging] = searched.null[swinging]
-        swing = find_swing(Problems.of(found.problem, found.whitening), still, chance) if swinging else None
+        swing = find_swing(Problems.of(last.problem, last.whitening), still, chance) if swinging else None
         if swing is None:
-            return _prepared(base, data, weighed, None)
+            return _prepared(base, data, whitened, None)
         logs = swing.in_data(data)
-        found = _whitened(searched, logs)
-    return _prepared(base, logs, found, swing)
+        last = _whitened(searched, logs)
+    return _prepared(base, logs, last, swing)
 
 
-def _prepared(base: Refined, logs: Dataset, weighed: Whitened, swing: Swing | None) -> Prepared:
+def _prepared(base: Refined, logs: Dataset, full: Whitened, swing: Swing | None) -> Prepared:
     """Hypotheses on these logs, counted from no effect."""
     question, searched = base.examined.question, base.searched
     return Prepared(
         **vars(base),
         checked=replace(base.examined.checked, data=logs),
         scored=logs if question.held_out is None else base.examined.scored,
-        tried=candidates(searched, logs),
-        problems=Problems.of(weighed.problem, weighed.whitening, nuisance_of(searched, searched.null), weighed.spread),
-        spread=weighed.spread,
-        full_fit=weighed.values,
+        candidates=candidates(searched, logs),
+        problems=Problems.of(full.problem, full.whitening, nuisance_of(searched, searched.null), full.spread),
+        spread=full.spread,
+        full_fit=full.values,
         origin=searched.null,
         swing=swing,
-        not_tried=_not_tried(base.model, logs, question),
+        not_tested=_not_tested(base.model, logs, question),
     )
 
 
@@ -170,7 +170,7 @@ def calibrate_base(prepared: Prepared) -> Prepared:
     if prepared.flown is None:
         return prepared
     searched = prepared.problems.library
-    own = calibrated(searched, prepared.tried, prepared.flown, prepared.whitening)
+    own = calibrated(searched, prepared.candidates, prepared.flown, prepared.whitening)
     problems = replace(prepared.problems, nuisance=nuisance_of(searched, own.origin))
     return replace(prepared, problems=problems, origin=own.origin, calibration=own)
 
@@ -182,7 +182,7 @@ def uncalibrated(prepared: Prepared) -> Prepared:
     return replace(
         prepared,
         searched=library,
-        tried=candidates(library, known.data),
+        candidates=candidates(library, known.data),
         problems=replace(prepared.problems, problem=problem, nuisance=nuisance_of(library, library.null)),
         origin=library.null,
         calibration=None,
@@ -190,10 +190,10 @@ def uncalibrated(prepared: Prepared) -> Prepared:
     )
 
 
-def _not_tried(model: Equations, data: Dataset, question: Question) -> tuple[NotTried, ...]:
+def _not_tested(model: Equations, data: Dataset, question: Question) -> tuple[NotTested, ...]:
     keys, others = competing(with_inputs_of(model, data), data, question.exclude)
     swinging = [key for key in keys if effect(key, model).searching.swings]
-    calm = [NotTried(key, NO_SWING) for key in swinging if not swings(data)]
+    calm = [NotTested(key, NO_SWING) for key in swinging if not swings(data)]
     return (*(left_out for left_out in others if left_out.effect not in question.include), *calm)
 
 
@@ -218,20 +218,20 @@ class Whitened:
         return self.whitening.deviance(self.problem.residuals(self.values[None])[0])
 
 
-def _likelier(base: Refined, weighed: Whitened) -> tuple[Refined, Whitened]:
+def _likelier(base: Refined, whitened: Whitened) -> tuple[Refined, Whitened]:
     """The base under which the logs are likelier: that with constants fitted to the simulator, or the one given.
 
     Constants fitted to motions of a healthy robot may be wrong for those of one that carries a load.
     """
     given = _whitened(base.library, base.examined.checked.data)
-    return (base, weighed) if weighed.deviance <= given.deviance else (replace(base, searched=base.library), given)
+    return (base, whitened) if whitened.deviance <= given.deviance else (replace(base, searched=base.library), given)
 
 
 def _whitened(library: Library, data: Dataset) -> Whitened:
     return whiten(Problem(library, data), candidates(library, data))
 
 
-def whiten(problem: Problem, tried: tuple[Candidate, ...]) -> Whitened:
+def whiten(problem: Problem, effects: tuple[Candidate, ...]) -> Whitened:
     """The covariance of what a fully explained model leaves, from the full model's residuals.
 
     What a model that is far off (an inertia, by twenty times) predicts of whole segments says nothing of the robot's
@@ -243,14 +243,14 @@ def whiten(problem: Problem, tried: tuple[Candidate, ...]) -> Whitened:
         spread, residuals = Spread.of(piece, null), piece.residuals(null[None])[0]
         whitening = estimate(spread, residuals, segments.noise, segments.channel, alike=True)
         problems = Problems.of(piece, whitening)
-        fits = [full_fit(problems, tried, null), *(full_fit(problems, tried, null, fit) for fit in fits)]
+        fits = [full_fit(problems, effects, null), *(full_fit(problems, effects, null, fit) for fit in fits)]
     best = int(problems.totals(fits).argmin())
     values = fits[best]
     problem = _with_likely_starts(problem, spread, whitening, values)
     spread = Spread.of(problem, values if best else null)
     for left in reversed(range(ROUNDS)):
         if left < ROUNDS - 1:
-            values = full_fit(Problems.of(problem, whitening), tried, null, values)
+            values = full_fit(Problems.of(problem, whitening), effects, null, values)
         residuals = problem.residuals(values[None])[0]
         whitening = estimate(spread, residuals, segments.noise, segments.channel, alike=left == ROUNDS - 1)
     return Whitened(problem, spread, whitening, values)
@@ -274,7 +274,7 @@ def _with_likely_starts(problem: Problem, spread: Spread, whitening: Whitening, 
     return Problem(problem.library, problem.data, replace(segments, start=kept))
 
 
-def unpredicted_said(problem: Problem) -> tuple[str, ...]:
+def unpredicted_notes(problem: Problem) -> tuple[str, ...]:
     """A sentence where the model without any effect predicts some segments and not others; none where it does all.
 
     Raises:

@@ -27,6 +27,7 @@ from sym2real.vocabulary import ATTITUDE, EULER_ANGLES, HEADING, POSITION, RATE_
 
 TILTED = ("level velocity", "attitude about x", "attitude about y")  # what roll and pitch change
 SHIFTS = range(2, SHIFTED + 1)  # rows; honest sensors are up to one behind, and none reports what is still to come
+PLACE_SHIFTS = (*SHIFTS, 8, 10, 13, 16, 20)  # a receiver's are tenths of a second
 
 
 def transformations(data: Dataset, balance: Balance) -> Iterator[Transformation]:
@@ -53,9 +54,9 @@ def transformations(data: Dataset, balance: Balance) -> Iterator[Transformation]
     with_rates = {name for of in rates_of(data).values() for name in measured_by(data.layouts.state, of)[1]}
     for sensor in (sensor for sensor in data.layouts.state.fields if not with_rates.issuperset(sensor.columns)):
         yield from (Late(sensor.name, sensor.columns, rows, data.dt) for rows in SHIFTS)
-    # As a satellite receiver's or a camera's, beside an attitude of the robot's own.
-    if position and velocity and len(position) == len(velocity):
-        yield from (Late("place", (*position, *velocity), rows, data.dt) for rows in SHIFTS)
+    # As satellite receivers and cameras give them, beside an attitude or a heading of the robot's own.
+    if position and len(position) == len(velocity):
+        yield from (Late("place", (*position, *velocity), rows, data.dt) for rows in PLACE_SHIFTS)
 
 
 def mimics(transformation: Transformation, commands: Sequence[str]) -> Iterator[Transformation]:

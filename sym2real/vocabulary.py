@@ -66,7 +66,7 @@ def push_column(joint: str) -> str:
 
 
 def is_push(column: str) -> bool:
-    """Whether a column is a force or torque from outside, on a body or along a joint: zero where nobody pushes."""
+    """Whether a column is a force or torque from outside, on a body or along a joint: zero where none acts."""
     return column in WRENCH or column.endswith(push_column(""))
 
 

@@ -120,7 +120,7 @@ class TorchStep:
             return rollout(self.model, start, actions, known, past=past, normalise=self.robot.layouts.state.normalise)
 
     def given(self, inputs: ArrayLike | None) -> Tensor | None:
-        """Inputs as the model takes them; nobody pushes where none are given.
+        """Inputs as the model takes them; zero where none are given.
 
         Raises:
             ShapeError: for another number of inputs, or none where the model's equations use what is measured.

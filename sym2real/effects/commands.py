@@ -73,7 +73,7 @@ def _offset_substitute(equations: Equations, values: Values, body: Body) -> Equa
 
 def _inject(body: Body, values: Numbers) -> Change:
     if body.column in body.quantities:  # the thrust of motors, whose torques stay
-        return truth.pushing(lambda data, _, known: truth.add_thrust(data, known["value"]))(body, values)
+        return truth.with_force(lambda data, _, known: truth.add_thrust(data, known["value"]))(body, values)
     return truth.commanding(lambda command, _, known: command + known["value"])(body, values)
 
 

@@ -60,7 +60,7 @@ def _ranges(equations: Equations, logs: Dataset) -> tuple[tuple[str, float], ...
     return tuple((name, span) for name, span in spans.items() if span > 0.0 and name not in equations.numbers)
 
 
-def pushed(log: Trajectory) -> bool:
+def has_force(log: Trajectory) -> bool:
     """Whether the log has a force along a world axis that is not zero throughout."""
     names = {*log.layouts.inputs, *log.extra} & {*FORCE.columns}
     return any(bool(np.any(log.column(name))) for name in names)

@@ -8,7 +8,7 @@ The board's axes are the body's turned by roll φ about x, then by pitch θ abou
     q_measured = q ⊗ δ        ω_measured = δ⁻¹ ω        ω_cmd = δ ω_cmd, sent
 
 ``yaw_bias``. Measured yaw is off by a constant: ψ_measured = ψ + b. Of an attitude q_measured = R_z(b) ⊗ q, so that
-what pushes the robot seems to push it elsewhere.
+a force on the robot seems to act elsewhere.
 
 ``mounting_yaw``. The measured attitude's axes are turned about the body's z against those of gyro and commands:
 q_measured = q ⊗ R_z(b), as of markers that were not put on straight.

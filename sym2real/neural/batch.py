@@ -109,8 +109,8 @@ class Batch:
 def _of_fields(scale: Tensor, layout: Layout) -> Tensor:
     """One for all tangent components of an attitude: each of its columns moves all of them.
 
-    A push about one axis, by what the base lacks, moves the others a little. Measured by the base's own errors, which
-    may be hundreds of times less there, this would cost more than the push brings.
+    A torque about one axis, by what the base lacks, moves the others a little. Measured by the base's own errors, which
+    may be hundreds of times less there, this would cost more than the torque brings.
     """
     scale = scale.clone()
     for field, places in zip(layout.fields, layout.tangent_places, strict=True):

@@ -53,9 +53,9 @@ class EquationsPlant(ModelPlant):
         return self._reported(super().step(action))
 
     def _advance(self, state: Tensor, action: Tensor, inputs: Tensor | None = None) -> Tensor:
-        pushes = () if inputs is None else inputs.tolist()
+        forces = () if inputs is None else inputs.tolist()
         reaching = self._filters.remember(action)
-        known = {**dict(zip(self.layouts.inputs, pushes, strict=True)), "t": self._steps * self.dt}
+        known = {**dict(zip(self.layouts.inputs, forces, strict=True)), "t": self._steps * self.dt}
         held = torch.tensor([known[name] for name in self._equations.layouts.inputs], dtype=torch.float64)
         if self._hidden is None:
             whole = with_hidden_start(self._equations, state, reaching, held)

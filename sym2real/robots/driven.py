@@ -19,12 +19,12 @@ def braking(model: mujoco.MjModel) -> Array:
 
 
 def strengths(model: mujoco.MjModel, actuators: Sequence[int], most: Array) -> dict[str, float]:
-    """What the actuators of each joint J can push, told at most so much ``# (action,)``: ``J_strength``, N or N m."""
+    """Largest force on each joint J of actuators under so much command ``# (action,)``: ``J_strength``, N or N m."""
     found: dict[str, float] = {}
     for index, told in zip(actuators, most, strict=True):
         if model.actuator_trntype[index] == BY_JOINT:
             limit = np.abs(model.actuator_forcerange[index]).max() if model.actuator_forcelimited[index] else np.inf
-            pushed = abs(model.actuator_gear[index, 0]) * min(limit, abs(model.actuator_gainprm[index, 0] * told))
+            force = abs(model.actuator_gear[index, 0]) * min(limit, abs(model.actuator_gainprm[index, 0] * told))
             key = f"{model.joint(int(model.actuator_trnid[index, 0])).name}_strength"
-            found[key] = found.get(key, 0.0) + float(pushed)
+            found[key] = found.get(key, 0.0) + float(force)
     return found

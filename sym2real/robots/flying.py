@@ -1,4 +1,4 @@
-"""First-principles equations of a rotorcraft from its MJCF: one free body, and motors that push at its sites.
+"""First-principles equations of a rotorcraft from its MJCF: one free body, and motors that act at its sites.
 
 What :func:`sym2real.robots.nominal_quadrotor.quadrotor` needs is in the compiled file: mass and moments in the free
 joint's matrix of masses, places of rotors at sites, thrust and reaction torque in gain and gear of their actuators.

@@ -29,8 +29,8 @@ if TYPE_CHECKING:
     from sym2real.symbolic import Equations
 
 PERIOD = 0.02  # s, about
-# Accelerations (m/s², rad/s²) that pushes reach along a joint; a wrench's share of the weight, and its lever in m.
-PUSHED, PUSHED_SHARE, LEVER = 3.0, 0.3, 0.02
+# Accelerations (m/s², rad/s²) that forces reach along a joint; a wrench's share of the weight, and its lever in m.
+REACHED_ACCELERATION, WRENCH_SHARE, LEVER = 3.0, 0.3, 0.02
 # Parts of the commands' range: MPPI's noise, and dither.
 NOISE, DITHER = 0.15, 0.02
 HORIZON = 40  # control periods
@@ -104,7 +104,7 @@ def from_mjcf(
         name=name or Path(file).stem,
         layouts=layouts,
         dt=period,
-        limits=Limits(low, high, push=_pushes(layouts.inputs, own)),
+        limits=Limits(low, high, push=_input_limits(layouts.inputs, own)),
         description=Description(
             mjcf=file,
             physics_dt=float(model.opt.timestep),
@@ -273,10 +273,10 @@ def _ranges(action: Layout, low: Array, high: Array) -> dict[str, float]:
     return {f"{column}_range": float(span) for column, span in zip(action, high - low, strict=True)}
 
 
-def _pushes(inputs: Layout, numbers: Mapping[str, float]) -> dict[str, float]:
-    weight = PUSHED_SHARE * GRAVITY * numbers["mass"]
+def _input_limits(inputs: Layout, numbers: Mapping[str, float]) -> dict[str, float]:
+    weight = WRENCH_SHARE * GRAVITY * numbers["mass"]
     wrench = {column: weight if column.startswith("f") else LEVER * weight for column in inputs}
-    along = {push_column(key.removesuffix("_inertia")): PUSHED * value for key, value in numbers.items()}
+    along = {push_column(key.removesuffix("_inertia")): REACHED_ACCELERATION * value for key, value in numbers.items()}
     return {column: along.get(column, wrench[column]) for column in inputs}
 
 

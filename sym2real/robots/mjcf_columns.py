@@ -138,7 +138,7 @@ def layout_of(columns: Iterable[tuple[str, Field]]) -> Layout:
 
 
 def inputs_of(model: mujoco.MjModel) -> Layout:
-    """What may push: the wrench of a free body, and a force or torque along every hinge and slide."""
+    """External forces: the wrench of a free body, and a force or torque along every hinge and slide."""
     joints = zip(names_of(model, "joint"), model.jnt_type.tolist(), strict=True)
     fields = [
         (push_column(name), JOINT_TORQUE if kind == HINGE else JOINT_FORCE) for name, kind in joints if kind != FREE

@@ -3,7 +3,7 @@
 Two degrees of freedom, the speed u along the heading and the turning rate ω; the wheels turn with them at W (u, ω)
 (:mod:`sym2real.robots.planar`). With m and its moments m c about the origin, from the MJCF::
 
-    M (u̇, ω̇) + (-m c_x ω², m c_x u ω) = Wᵀ τ + pushes
+    M (u̇, ω̇) + (-m c_x ω², m c_x u ω) = Wᵀ τ + external forces
 
 Lagrange's equations of a body in a plane, M with all that turns with a wheel; e.g. Y. Yamamoto, X. Yun, "Coordinating
 locomotion and manipulation of a mobile manipulator", 1994. Discrete time: the classical Runge–Kutta method in as many
@@ -12,7 +12,7 @@ that slips, tips or lifts a wheel is not described.
 
 Effects bind to the rate ``J_rate`` of wheel J, which is a quantity, to ``damping_J``, ``friction_J`` and ``armature_J``
 as of :mod:`sym2real.robots.multibody`, to ``J_per_speed`` (rad/m) and ``J_lever`` (m), to ``drilling`` (N m, of wheels
-with a width), and to the pushes.
+with a width), and to the external forces.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -52,7 +52,7 @@ class _Body:
         wheels: on the axle.
         forces: along their joints.
         moment: m c_x in kg m.
-        lever: where pushes act, in the body's axes, m ``# (2,)``.
+        lever: where external forces act, in the body's axes, m ``# (2,)``.
         drilling: of wheels with a width: its torque by the turning rate and the other torques.
     """
 
@@ -72,10 +72,10 @@ class _Body:
         along = self.forces.at(exact(np.zeros(len(names))), np.array(of_wheels, dtype=object))
         along = self.forces.held(of_wheels, build.each("drive", along))
         torques = [build.name(f"torque_{name}", force) for name, force in zip(names, along, strict=True)]
-        pushed, aside, (x, y) = symbol("push_ahead"), symbol("push_left"), self.lever
+        forward, aside, (x, y) = symbol("push_ahead"), symbol("push_left"), self.lever
         by_wheels = [sum(way[of] * torque for way, torque in zip(ways, torques, strict=True)) for of in (0, 1)]
-        ahead = build.name("force", by_wheels[0] + pushed + self.moment * turning**2)
-        turned = symbol("tz") + x * aside - y * pushed - self.moment * speed * turning
+        ahead = build.name("force", by_wheels[0] + forward + self.moment * turning**2)
+        turned = symbol("tz") + x * aside - y * forward - self.moment * speed * turning
         turned = build.name("turned", by_wheels[1] + turned)
         turn = build.name("moment", turned + self.drilling(turning, other=turned))
         whole, mixed, spun = (symbol(name) for name in MASSES)

@@ -1,7 +1,7 @@
 """Expressions as the graphs that they are: what several expressions, or places of one, share is visited once.
 
-SymPy's own ``free_symbols``, ``atoms``, ``has`` and ``xreplace`` follow every path through an expression. A push that
-is put into a velocity and a position, whose numbers are put into further pushes, has exponentially many paths.
+SymPy's own ``free_symbols``, ``atoms``, ``has`` and ``xreplace`` follow every path through an expression. A force that
+is put into a velocity and a position, whose numbers are put into further forces, has exponentially many paths.
 """
 
 from collections.abc import Callable, Iterator, Mapping

@@ -15,7 +15,7 @@ from sym2real.diagnosis.predict.library import Library
 from sym2real.effects import applicable, effect
 from sym2real.effects.catalogue import require_patterns
 from sym2real.effects.groups import Group, holding, others_of
-from sym2real.effects.inputs import ANGLE, pushed, with_inputs_of
+from sym2real.effects.inputs import ANGLE, has_force, with_inputs_of
 from sym2real.effects.wrench import with_force_inputs
 from sym2real.symbolic import Equations
 
@@ -62,7 +62,7 @@ def library_for(
     require_patterns(exclude)
     equations = with_inputs_of(equations, data)
     # A force that the logs know is not the base's to leave out.
-    equations = equations if any(map(pushed, data)) else _with_forces(equations)
+    equations = equations if any(map(has_force, data)) else _with_forces(equations)
     return library_of(equations, tuple(dict.fromkeys((*competing(equations, data, exclude)[0], *include))))
 
 

@@ -17,8 +17,8 @@ from sym2real.vocabulary import ATTITUDE, ATTITUDE_COMMAND
 
 
 def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
-    told = [symbol(column) for column in ATTITUDE_COMMAND.columns]
-    held = turned(told, values["roll"], values["pitch"], 1)
+    commanded = [symbol(column) for column in ATTITUDE_COMMAND.columns]
+    held = turned(commanded, values["roll"], values["pitch"], 1)
     return equations.substitute(dict(zip(ATTITUDE_COMMAND.columns, held, strict=True)))
 
 

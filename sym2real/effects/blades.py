@@ -121,14 +121,11 @@ def _rotor_reaction_substitute(equations: Equations, values: Values, body: Body)
 
 def _of_motors(equations: Equations, inertia: Expr, body: Body) -> Equations:
     speeds = [sqrt(Max(force, 0) / body.number("rotor_thrust")) for force in motor_forces(equations)]
-    equations = defined(
-        equations, {SUM: sum(sign * speed for sign, speed in zip(spins(equations), speeds, strict=True))}
-    )
+    total = sum(sign * speed for sign, speed in zip(spins(equations), speeds, strict=True))
+    equations = defined(equations, {SUM: total})
     equations = with_hidden(equations, SUM_MEMORY, "rad/s", symbol(SUM), start=symbol(SUM))
-    change = (symbol(SUM) - symbol(SUM_MEMORY)) / equations.dt
-    return apply_wrench(
-        equations, body, torque=(*_gyroscopic(equations, inertia * symbol(SUM), body), inertia * change)
-    )
+    about_z = inertia * ((symbol(SUM) - symbol(SUM_MEMORY)) / equations.dt)
+    return apply_wrench(equations, body, torque=(*_gyroscopic(equations, inertia * symbol(SUM), body), about_z))
 
 
 def _gyroscopic(equations: Equations, momentum: Expr, body: Body) -> tuple[Expr, Expr]:
@@ -140,10 +137,7 @@ def _gyroscopic(equations: Equations, momentum: Expr, body: Body) -> tuple[Expr,
     ahead, left = symbol("wx"), symbol("wy")
     half = equations.dt * momentum / 2
     shrink = 1 + half**2 / (jx * jy)
-    return (
-        momentum * (left - half * ahead / jy) / shrink,
-        -momentum * (ahead + half * left / jx) / shrink,
-    )
+    return momentum * (left - half * ahead / jy) / shrink, -momentum * (ahead + half * left / jx) / shrink
 
 
 def _of_loop(equations: Equations, inertia: Expr, body: Body) -> Equations:

@@ -48,8 +48,8 @@ def _rolling_resistance_brake(data: Any, body: Body, values: Numbers) -> None:
 
 def _no_loop(body: Body) -> str:
     """What such a deceleration does depends on the speed loop."""
-    said = "the model is at its speed at once, so that an offset of it stands for this: --time-constant tells its loop"
-    return said if body.at_its_speed else ""
+    note = "the model is at its speed at once, so that an offset of it stands for this: --time-constant tells its loop"
+    return note if body.at_its_speed else ""
 
 
 ROLLING_RESISTANCE = _of_wheels(

@@ -66,7 +66,7 @@ def has_force(log: Trajectory) -> bool:
     return any(bool(np.any(log.column(name))) for name in names)
 
 
-def with_one_clock(logs: Dataset) -> Dataset:
+def with_common_clock(logs: Dataset) -> Dataset:
     """The logs, those that go on where another one ends with the time from where that recording began, in ``t``.
 
     A dropout, and whoever cuts a log in two, leaves the battery as it is.

@@ -167,9 +167,9 @@ def _further(values: Values, body: Body, name: str) -> Expr:
 
 def _attitude_loop_substitute(equations: Equations, values: Values, body: Body) -> Equations:
     further, start = _further(values, body, ATTITUDE_TIME), [symbol(column) for column in ATTITUDE.columns]
-    told = [symbol(column) for column in ATTITUDE_COMMAND.columns]
-    same_side = sign(sum(a * b for a, b in zip(start, told, strict=True)))
-    moved = [a + further * (same_side * b - a) for a, b in zip(start, told, strict=True)]
+    commanded = [symbol(column) for column in ATTITUDE_COMMAND.columns]
+    same_side = sign(sum(a * b for a, b in zip(start, commanded, strict=True)))
+    moved = [a + further * (same_side * b - a) for a, b in zip(start, commanded, strict=True)]
     return equations.substitute(dict(zip(ATTITUDE_COMMAND.columns, moved, strict=True)))
 
 
@@ -196,8 +196,8 @@ ATTITUDE_LOOP = Kind(
 
 
 def _speed_loop_substitute(equations: Equations, values: Values, body: Body) -> Equations:
-    start, told = forward_speed(body), symbol(SPEED_COLUMN)
-    return equations.substitute({SPEED_COLUMN: start + _further(values, body, SPEED_TIME) * (told - start)})
+    start, commanded = forward_speed(body), symbol(SPEED_COLUMN)
+    return equations.substitute({SPEED_COLUMN: start + _further(values, body, SPEED_TIME) * (commanded - start)})
 
 
 def _slow(spec: Any, body: Body, values: Numbers) -> None:

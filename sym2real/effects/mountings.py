@@ -29,7 +29,7 @@ from sym2real.effects import truth
 from sym2real.effects.body import Body
 from sym2real.effects.frames import HEADING, QUATERNION
 from sym2real.effects.kind import Inject, Kind, Numbers, Parameter, Values, of_any_body
-from sym2real.effects.manoeuvres import one_circle
+from sym2real.effects.manoeuvres import single_circle
 from sym2real.effects.searching import Searching, Shown
 from sym2real.effects.terms import reported, reporting
 from sym2real.protocols import Change
@@ -240,7 +240,7 @@ def _lever_arm_report(state: Array, body: Body, values: Numbers) -> Array:
 
 def _fixed(_body: Body, _values: Array, logs: Iterable[Trajectory]) -> tuple[str, ...]:
     """On one circle an arm aside is the speed's: its gain, its limit."""
-    return ("ry",) if one_circle([*logs]) else ()
+    return ("ry",) if single_circle([*logs]) else ()
 
 
 LEVER_ARM = Kind(

@@ -81,7 +81,7 @@ ADDED_MASS = _of_rotorcraft(
     substitute=_added_mass_substitute,
     needs=("thrust",),
     numbers=("mass",),
-    weighed="scales do: weigh the robot",
+    distinguished_by="scales do: weigh the robot",
 )
 
 
@@ -280,7 +280,7 @@ def _inject(body: Body, values: Numbers) -> Change:
     rotor = _number(values["rotor"], body)
 
     def lose(model: Any, data: Any) -> None:
-        place, reaction = (found(model, body)[rotor] for found in (simulated_rotors.places, simulated_rotors.reactions))
+        place, reaction = (query(model, body)[rotor] for query in (simulated_rotors.places, simulated_rotors.reactions))
         lost = values["value"] * simulated_rotors.thrusts(model, data, body)[rotor]
         truth.add_thrust(data, -lost, place)
         truth.add_torque(data, np.array([0.0, 0.0, -lost * reaction]))

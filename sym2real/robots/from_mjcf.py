@@ -209,9 +209,9 @@ def default_recipe(
     Of a robot in a plane paths, and its turning rate. ``span`` is that of the commands ``# (action,)``; a robot that is
     ``described`` has first-principles equations, which are its base.
     """
-    found = {column: model.actuator(name).id for name, column in actions.items()}
+    driven = {column: model.actuator(name).id for name, column in actions.items()}
     by_joint = {
-        column: actuator for column, actuator in found.items() if model.actuator_trntype[actuator] == columns.BY_JOINT
+        column: actuator for column, actuator in driven.items() if model.actuator_trntype[actuator] == columns.BY_JOINT
     }
     moved = [
         (rate_column(model.joint(int(model.actuator_trnid[actuator, 0])).name), column)
@@ -219,7 +219,7 @@ def default_recipe(
     ]
     on_paths = HEADING.columns[0] in state
     if on_paths:
-        moved = [(RATE.columns[2], column) for column in found]
+        moved = [(RATE.columns[2], column) for column in driven]
     return Recipe(
         tasks=(("circle", {}), ("lemniscate", {})) if on_paths else (("regulate", {}),),
         base="nominal" if described else "episodes",
@@ -263,10 +263,10 @@ def _joint_numbers(model: mujoco.MjModel, masses: Array) -> dict[str, float]:
     single = [joint for joint in range(model.njnt) if model.jnt_type[joint] != columns.FREE]
     places = {model.joint(joint).name: model.jnt_dofadr[joint] for joint in single}
     held, free = masses.diagonal(), 1.0 / np.linalg.pinv(masses, hermitian=True).diagonal()
-    found = {f"{name}_inertia": float(held[place]) for name, place in places.items()}
-    found |= {f"{name}_alone": float(free[place]) for name, place in places.items()}
+    numbers = {f"{name}_inertia": float(held[place]) for name, place in places.items()}
+    numbers |= {f"{name}_alone": float(free[place]) for name, place in places.items()}
     brakes = braking(model)
-    return found | {f"{name}_braking": float(brakes[place]) for name, place in places.items()}
+    return numbers | {f"{name}_braking": float(brakes[place]) for name, place in places.items()}
 
 
 def _ranges(action: Layout, low: Array, high: Array) -> dict[str, float]:

@@ -54,12 +54,12 @@ class Forces:
 
     def held(self, rate: Sequence[Expr], other: Values) -> Values:
         """Other forces ``# (n,)``, and dry friction against the rates and what these ask for."""
-        found = other.copy()
+        forces = other.copy()
         for number, link in enumerate(self.links):
             friction = symbol(friction_quantity(link.joint))
             moved = self.moved[number] - link.armature + symbol(armature_quantity(link.joint))
-            found[number] += dry_friction(friction, rate[number], self.dt, moved, other[number])
-        return found
+            forces[number] += dry_friction(friction, rate[number], self.dt, moved, other[number])
+        return forces
 
     def _given(self, index: int, control: Expr, place: Expr, rate: Expr) -> Expr:
         """By an actuator's gain and bias, within its limits."""

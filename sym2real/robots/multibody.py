@@ -66,10 +66,10 @@ def multibody(model: mujoco.MjModel, layouts: Layouts, actions: Mapping[str, str
     Raises:
         ModelError: for what these equations do not cover, naming it.
     """
-    if found := against_tree(model, layouts.state):
+    if reasons := against_tree(model, layouts.state):
         raise ModelError(
             "expected a robot of hinges and slides that the state holds, with actuators on joints, found "
-            f"{' and '.join(found)}: {LEARN}"
+            f"{' and '.join(reasons)}: {LEARN}"
         )
     links = links_of(model)
     brakes = np.diag(braking(model))
@@ -124,8 +124,8 @@ def _used(quantities: Mapping[str, Expr], following: Mapping[str, Expr], kept: S
 
 
 def _named(build: Build, link: Link, coordinate: Expr) -> Transform:
-    found = link.transform(coordinate)
-    return Transform(build.each(f"turn_{link.joint}", found.turn), build.each(f"place_{link.joint}", found.place))
+    placed = link.transform(coordinate)
+    return Transform(build.each(f"turn_{link.joint}", placed.turn), build.each(f"place_{link.joint}", placed.place))
 
 
 def _bias(build: Build, links: Sequence[Link], transforms: Sequence[Transform], rate: Values) -> Values:

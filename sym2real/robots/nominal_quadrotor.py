@@ -69,9 +69,9 @@ class _Build:
 
     def equations(self, layouts: Layouts, dt: float, robot: str) -> Equations:
         """What was built."""
-        found = self.quantities
+        quantities = self.quantities
         notes = (*self.notes, *unlikely_in_quadrotor(self.numbers["mass"], self.numbers))
-        return Equations(self.next, layouts, dt, quantities=found, robot=robot, notes=notes, numbers=self.numbers)
+        return Equations(self.next, layouts, dt, quantities=quantities, robot=robot, notes=notes, numbers=self.numbers)
 
 
 def quadrotor(

@@ -123,15 +123,15 @@ class Wheels:
         if not self.steers_by_itself:
             return {}
         carried, ways = np.linalg.inv(self.inertia(model, data)), dict(zip(self.names, self.ways, strict=True))
-        found = {f"{name}_inertia": 1.0 / float(way @ carried @ way) for name, way in ways.items()}
-        found |= {TURNING_INERTIA: float(self.inertia(model, data)[1, 1]), DRILLING: drilling(model, data)}
+        numbers = {f"{name}_inertia": 1.0 / float(way @ carried @ way) for name, way in ways.items()}
+        numbers |= {TURNING_INERTIA: float(self.inertia(model, data)[1, 1]), DRILLING: drilling(model, data)}
         for actuator, column in actions.items():
             index = model.actuator(actuator).id
             joint = model.joint(int(model.actuator_trnid[index, 0])).name
-            if columns.told(model, index) == "velocity" and joint in ways:
+            if columns.command_kind(model, index) == "velocity" and joint in ways:
                 ahead, turn = model.actuator_gear[index, 0] * ways[joint]
-                found |= {rate_per_speed(column): float(ahead), rate_per_turn(column): float(turn)}
-        return found
+                numbers |= {rate_per_speed(column): float(ahead), rate_per_turn(column): float(turn)}
+        return numbers
 
 
 def _at_rest(model: mujoco.MjModel, data: Any) -> Any:

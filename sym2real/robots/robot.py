@@ -177,8 +177,8 @@ class Robot:
 
         stops = stops_of(self.description.spec().compile())
         ends = zip(self.layouts.action, self.low.tolist(), self.high.tolist(), strict=True)
-        told = {name: (low, high) for name, low, high in ends if self.layouts.action.units[name] in LARGEST_PLACE}
-        return {name: ends for name, ends in stops.items() if name in self.layouts.state} | told
+        commands = {name: (low, high) for name, low, high in ends if self.layouts.action.units[name] in LARGEST_PLACE}
+        return {name: ends for name, ends in stops.items() if name in self.layouts.state} | commands
 
     @property
     def mass(self) -> float:

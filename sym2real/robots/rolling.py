@@ -97,8 +97,8 @@ def rolling(model: mujoco.MjModel, data: Any, layouts: Layouts, actions: Mapping
         ModelError: for what these equations do not cover, naming it.
     """
     wheels = Wheels.of(model, data)
-    if found := against_rolling(model, wheels):
-        raise ModelError(f"expected wheels of one axle that roll with the robot, found {' and '.join(found)}: {LEARN}")
+    if why := against_rolling(model, wheels):
+        raise ModelError(f"expected wheels of one axle that roll with the robot, found {' and '.join(why)}: {LEARN}")
     links = [link for link in links_of(model) if link.joint in wheels.names]
     aside, turn = (wheels.first + dof for dof in OF_FREE[1:])
     moment = float(columns.inertias(model, data)[aside, turn])
@@ -152,11 +152,11 @@ def _numbers(links: Sequence[Link], wheels: Wheels, inertia: Array, spinning: Ar
         inertia: of all that moves with the body, wheels and all ``# (2, 2)``.
         spinning: of each wheel about its axle, kg m² ``# (n,)``.
     """
-    found: dict[str, Expr] = {}
+    quantities: dict[str, Expr] = {}
     for link, (ahead, turn) in zip(links, wheels.ways.tolist(), strict=True):
-        found[rate_per_speed(link.joint)] = as_expression(ahead)
-        found[wheel_lever(link.joint)] = as_expression(turn / ahead)
-        found |= link.quantities
+        quantities[rate_per_speed(link.joint)] = as_expression(ahead)
+        quantities[wheel_lever(link.joint)] = as_expression(turn / ahead)
+        quantities |= link.quantities
     for name, (row, column) in zip(MASSES, ((0, 0), (0, 1), (1, 1)), strict=True):
         body = float(inertia[row, column] - wheels.ways[:, row] * wheels.ways[:, column] @ spinning)
         turned = [
@@ -164,5 +164,5 @@ def _numbers(links: Sequence[Link], wheels: Wheels, inertia: Array, spinning: Ar
             for link, spin in zip(links, spinning, strict=True)
         ]
         ways = [_way(link.joint) for link in links]
-        found[name] = body + sum(spin * way[row] * way[column] for spin, way in zip(turned, ways, strict=True))
-    return found
+        quantities[name] = body + sum(spin * way[row] * way[column] for spin, way in zip(turned, ways, strict=True))
+    return quantities

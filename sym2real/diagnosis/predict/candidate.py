@@ -79,7 +79,7 @@ def candidates(library: Library, data: Dataset) -> tuple[Candidate, ...]:
     """What competes: one candidate per effect."""
     candidates: list[Candidate] = []
     groups, known = holding(data), [effect.key for effect in applicable(library.equations)]
-    exclusive = [group for group in groups if group.one_of]
+    exclusive = [group for group in groups if group.exclusive]
     for key, known_effect in library.effects.items():
         slots = library.indices(key)
         if not slots or (known_effect.searching.swings and not swings(data)):

@@ -96,13 +96,13 @@ class Batch:
         Returns:
             ``# (steps, windows, t, 1)`` and ``# (steps, windows, t, n)``.
         """
-        found = list[Tensor]()
+        errors = list[Tensor]()
         for step, output in enumerate(outputs):
             row = self.starts[windows] + step
             moved = self.moved[row] * output[:, None, :]
             own = torch.cat([self.error[row], moved], dim=-1)
-            found.append(own + self.carried[row] @ found[-1] if step else own)
-        both = torch.stack(found) / self.scale
+            errors.append(own + self.carried[row] @ errors[-1] if step else own)
+        both = torch.stack(errors) / self.scale
         return both[..., :1], both[..., 1:]
 
 

@@ -76,7 +76,7 @@ def _require_steps(equations: Equations, robot: Robot) -> None:
     if late or unknown:
         raise ModelError(f"a model with {', '.join(late or unknown)} cannot be stepped as a plant")
     pairs = (visible_state(equations), robot.layouts.state), (equations.layouts.action, robot.layouts.action)
-    for found, expected in pairs:
-        if found.columns != expected.columns:
-            own, its = (", ".join(layout.columns) for layout in (expected, found))
+    for actual, expected in pairs:
+        if actual.columns != expected.columns:
+            own, its = (", ".join(layout.columns) for layout in (expected, actual))
             raise ModelError(f"expected a model of the {robot.name}'s columns {own}, found {its}")

@@ -114,11 +114,11 @@ class BeamSearch:
         variables = bases[0].variables
         free, wrenched = _split(earlier, variables)
         room = self.nodes - (self.wrench_nodes if variables.wrench else 0)
-        found = [
+        candidates = [
             base.solve(column, base.increments(column), free, lambda terms: terms.nodes(column, variables) <= room)
             for base in bases
         ]
-        terms = found[0] if len(found) == 1 else _running_best(found, column, bases)
+        terms = candidates[0] if len(candidates) == 1 else _running_best(candidates, column, bases)
         added = self._wrench_terms(column, terms, stage, wrenched)
         return (terms if added is None else terms + added).expression(column, variables)
 
@@ -132,10 +132,10 @@ class BeamSearch:
         return stage.solve(column, left, earlier, lambda terms: (base + terms).nodes(column, variables) <= self.nodes)
 
 
-def _running_best(found: Sequence[Polynomial], column: str, bases: Sequence[Stage]) -> Polynomial:
+def _running_best(candidates: Sequence[Polynomial], column: str, bases: Sequence[Stage]) -> Polynomial:
     longest = bases[-1]
     runs = FreeRuns(column, longest.variables, longest.transitions, longest.windows.rows)
-    return runs.fitted(plainest(found, [runs.squares(terms) for terms in found]))
+    return runs.fitted(plainest(candidates, [runs.squares(terms) for terms in candidates]))
 
 
 def _split(earlier: Polynomial | None, variables: Variables) -> tuple[Polynomial | None, Polynomial | None]:

@@ -58,11 +58,11 @@ class _Scheme:
     def cost(self, terms: Terms) -> int:
         """Nodes of the sum of these terms; generators count as 1."""
         if terms not in self.best:
-            found: list[tuple[int, Key | None]] = [(_flat_cost(terms), None)]
+            candidates: list[tuple[int, Key | None]] = [(_flat_cost(terms), None)]
             for key in self._frequent(terms):
                 inner, rest = _split(terms, key)
-                found.append((2 + self.cost(inner) + (1 + self.cost(rest) if rest else 0), key))
-            self.best[terms] = min(found, key=lambda pair: pair[0])
+                candidates.append((2 + self.cost(inner) + (1 + self.cost(rest) if rest else 0), key))
+            self.best[terms] = min(candidates, key=lambda pair: pair[0])
         return self.best[terms][0]
 
     def _frequent(self, terms: Terms) -> list[Key]:

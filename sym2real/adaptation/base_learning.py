@@ -172,15 +172,15 @@ class _Loop:
             if self.settings.until_settled and settled(reports):
                 break
         assert equations is not None  # there is an episode at least
-        pushed: list[Trajectory] = []
+        under_wrench: list[Trajectory] = []
         behind = f"_behind_{len(reports):03d}"  # a run that goes on with more episodes flies and fits these anew
         if self.settings.pushed:
             for number in range(len(reports)):
-                pushed += self._episode("pushed", number, equations, behind)
+                under_wrench += self._episode("pushed", number, equations, behind)
         # A warm start keeps terms that were chosen from fewer rows; the last fit chooses among all of them anew.
-        equations = self._fit(f"base{behind}", [*episodes, *pushed], None)
+        equations = self._fit(f"base{behind}", [*episodes, *under_wrench], None)
         require_dependence(equations, Dataset(episodes).transitions(), self.plant.robot.recipe.dependencies)
-        return BaseModel(equations, tuple(episodes), tuple(pushed), tuple(reports))
+        return BaseModel(equations, tuple(episodes), tuple(under_wrench), tuple(reports))
 
     def _fit(self, name: str, episodes: Sequence[Trajectory], start: Equations | None) -> Equations:
         self.on_progress(Progress(f"fitting {len(episodes)} trajectories", 0, 0))

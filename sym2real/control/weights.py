@@ -12,7 +12,7 @@ from torch import Tensor
 
 
 def importance_weights(costs: Tensor, temperature: float) -> Tensor:
-    """Weights ``# (N,)`` that sum to one for costs ``# (N,)``; a cost that is not finite weighs nothing.
+    """Weights ``# (N,)`` that sum to one for costs ``# (N,)``; a cost that is not finite has no weight.
 
     All weights are zero where no cost is finite.
     """

@@ -155,7 +155,7 @@ RATE_LOOP_GAIN = Kind(
 )
 
 
-ATTITUDE_TIME, SPEED_TIME = "attitude_time", "speed_time"  # the numbers τ of robots that are told one, s
+ATTITUDE_TIME, SPEED_TIME = "attitude_time", "speed_time"  # the numbers τ of robots that are commanded one, s
 SLOWER = Parameter("value", "1", null=1.0, low=0.1, high=10.0, scale=0.3, domain=POSITIVE)
 
 
@@ -174,7 +174,7 @@ def _attitude_loop_substitute(equations: Equations, values: Values, body: Body) 
 
 
 def _inject(body: Body, values: Numbers) -> Change:
-    raise ModelError("attitude_loop: no simulated robot here is told an attitude")
+    raise ModelError("attitude_loop: no simulated robot here is commanded an attitude")
 
 
 ATTITUDE_LOOP = Kind(

@@ -25,7 +25,7 @@ SINGLE_CIRCLE = 0.5
 STEADY_SPEED = 0.25
 # Lateral acceleration (m/s²) that tyres hold (DIAGNOSIS: grip shows from 2.7 on).
 GRIP = 2.7
-# What shows effects that are late, and how a robot with such a field of commands is told to do it.
+# What shows effects that are late, and how a robot with such a field of commands is commanded to do it.
 EXCITED = "dither of the commands (rates: above 0.15 rad/s), or steps of them"
 EXCITED_BY = {
     "rate command": "dither of the rate commands above 0.15 rad/s",

@@ -110,7 +110,7 @@ def _inject(body: Body, values: Numbers) -> Change:
         result[rates] = board.inv().apply(state[rates])
         return result
 
-    looped = COMMANDS[0] in body.layouts.action  # motors of their own are not told in the board's axes
+    looped = COMMANDS[0] in body.layouts.action  # motors of their own are not commanded in the board's axes
     return Change("", command=(lambda: command) if looped else None, measure=lambda: report)
 
 

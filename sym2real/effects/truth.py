@@ -64,7 +64,7 @@ def thrust(data: Any) -> float:
 
 
 def scale_thrust(data: Any, factor: float) -> None:
-    """So many times what the rotors give: their torques scale alike where they are told themselves, without a loop."""
+    """So many times what the rotors give: their torques scale alike where they are commanded without a loop."""
     add_thrust(data, (factor - 1.0) * thrust(data))
     if any(data.actuator(index).name in MOTOR_COLUMNS for index in range(len(data.actuator_force))):
         add_torque(data, (factor - 1.0) * np.array(data.qfrc_actuator[3:6]))

@@ -26,7 +26,7 @@ from sym2real.vocabulary import (
     VELOCITY,
 )
 
-HOW_FAST = "speed"  # how fast the robot is, whatever it is told
+HOW_FAST = "speed"  # how fast the robot is, whatever is commanded
 UNITS = {
     "height": "m",
     HOW_FAST: "m/s",

@@ -4,7 +4,7 @@ With rotors it stands on something, which carries it: no flight, whatever its mo
 half of what carries it falls with more than half of gravity, or stands. What is usual the log itself tells, so that a
 wrong mass, thrust map or unit of thrust changes nothing. On its way up and down it stands as long as it is no higher.
 
-On wheels it stands where it is told to and does, but for a moment before it goes and after it came.
+On wheels it stands where it is commanded to and does, but for a moment before it goes and after it came.
 """
 
 from dataclasses import replace
@@ -25,7 +25,7 @@ LEAST, FEWEST = 0.2, 5  # s of little thrust, in which it falls 0.1 m at half of
 LIFTED = 0.03  # m above where it stands
 REST, BESIDE = 1.0, 0.5  # s of rest that are left out at least; s of it that stay, before it goes and after it came
 AWAY = 0.03  # m from where it rests
-STILL = 1e-3  # of the largest speed that it is told
+STILL = 1e-3  # of the largest commanded speed
 
 Rows = NDArray[np.bool_]
 
@@ -35,7 +35,7 @@ def in_motion(log: Trajectory) -> list[Trajectory]:
     if (thrust := _thrust(log)) is not None and HEIGHT in log.layouts.state:
         standing, why = _landed(thrust, log.column(HEIGHT), log.dt), "with little of its usual thrust it does not fall"
     elif (speed := _drive(log)) is not None:
-        standing, why = _resting(speed, np.stack([log.column(axis) for axis in LEVEL], axis=1), log.dt), "as it is told"
+        standing, why = _resting(speed, np.stack([log.column(axis) for axis in LEVEL], axis=1), log.dt), "as commanded"
     else:
         return [log]
     moving = stretches(~standing)

@@ -20,7 +20,7 @@ from sym2real.trajectory import Array
 DIVERGED = 1e30
 STEPS = 10  # of Gauss and Newton
 STILL = 1e-6  # relative fall of the loss that ends them
-FAR_OFF = 3.0  # usual errors, from which on a run weighs less
+FAR_OFF = 3.0  # usual errors, from which on a run has less weight
 NEAR = 1e-6  # of a column's spread, for derivatives
 
 

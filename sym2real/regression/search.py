@@ -134,7 +134,7 @@ def beam_search(
         correlation: products of the candidates with the target ``# (candidates,)``.
         energy: product of the target with itself.
         width: supports kept at every size.
-        branch: columns tried on each of them.
+        branch: candidate columns for each of them.
         limit: size to stop at.
         together: look for columns that explain only together, too: begin with the first one, the constant where there
             is one, as well, and drop columns again from the largest set on, since such are found late, behind others

@@ -40,7 +40,7 @@ class SearchSettings:
 
     Args:
         width: supports kept at every size.
-        branch: columns tried on each of them.
+        branch: candidate columns for each of them.
         terms: most terms in an equation.
         parsimony: what a term of degree 3 must lower ln(validation error) by, at least (see :func:`score`).
         growth: degree that chosen terms are multiplied up to.

@@ -108,7 +108,7 @@ def against_flying(model: mujoco.MjModel, data: Any, actions: Mapping[str, str])
     wrong = {
         f"joints beside the free one (on wheels its state is {' '.join(STATE)})": model.njnt > 1,
         "actuators that are not at sites": not at_sites,
-        "an actuator that is told more than a force": bool(
+        "an actuator that is commanded more than a force": bool(
             model.actuator_biastype.any() or model.actuator_dyntype.any()
         ),
         f"actuators that are not called {', '.join(MOTOR_COLUMNS[: len(actuators)])} ({NAMED})": [*actions.values()]

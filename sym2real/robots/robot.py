@@ -62,7 +62,7 @@ class MPPISettings:
 
 @dataclass(frozen=True, eq=False)
 class Limits:
-    """What a robot may be told, and how far it goes.
+    """What a robot may be commanded, and how far it goes.
 
     Args:
         low, high: of the commands, in each action's unit ``# (action,)``.

@@ -12,7 +12,7 @@ from sympy import Expr
 
 from sym2real.symbolic.expressions import product
 
-WIDTH = 3  # factors that are tried at each step
+WIDTH = 3  # candidate factors at each step
 Key = tuple[str, int | float]  # ("factor", position of the generator) or ("number", coefficient)
 Monomial = tuple[float, tuple[int, ...]]  # coefficient, sorted positions of its generators, one per power
 Terms = tuple[Monomial, ...]

@@ -190,9 +190,9 @@ def logs_in(data: Iterable[Trajectory] | Trajectory) -> tuple[Trajectory, ...]:
     if not wrong:
         return given
     inside = f" of {wrong[0]}" if isinstance(data, list | tuple) else ""
-    found = repr(data) if isinstance(data, str | Path) else f"{type(data).__name__}{inside}"
+    actual = repr(data) if isinstance(data, str | Path) else f"{type(data).__name__}{inside}"
     raise ShapeError(
-        f"expected logs (a Trajectory, a list of them or a Dataset), found {found:.80}; read_log(path, spec, "
+        f"expected logs (a Trajectory, a list of them or a Dataset), found {actual:.80}; read_log(path, spec, "
         "model.layouts, model.dt) makes one of a file, Trajectory.from_pandas of a data frame, "
         "Trajectory.from_arrays(state, action, model.layouts, dt=…) of arrays"
     )

@@ -127,12 +127,12 @@ def read_object(path: str | Path, what: str) -> dict[str, Any]:
         DataError: when it cannot be read, or holds something else.
     """
     try:
-        found = json.loads(read_text(path))
+        content = json.loads(read_text(path))
     except (OSError, ValueError, RecursionError) as error:
         raise DataError(path, what, reason(error)) from error
-    if not isinstance(found, dict):
-        raise DataError(path, what, f"{found!r:.80}")
-    return found
+    if not isinstance(content, dict):
+        raise DataError(path, what, f"{content!r:.80}")
+    return content
 
 
 def read_as(path: str | Path, kind: type[Kind], what: str) -> Kind:
@@ -149,10 +149,10 @@ def read_as(path: str | Path, kind: type[Kind], what: str) -> Kind:
         raise DataError(path, what, str(error)) from error
 
 
-def _without_null(found: Any) -> Any:
-    if isinstance(found, dict):
-        return {name: _without_null(value) for name, value in found.items() if value is not None}
-    return [_without_null(value) for value in found] if isinstance(found, list) else found
+def _without_null(content: Any) -> Any:
+    if isinstance(content, dict):
+        return {name: _without_null(value) for name, value in content.items() if value is not None}
+    return [_without_null(value) for value in content] if isinstance(content, list) else content
 
 
 def read_toml(path: str | Path, what: str) -> dict[str, Any]:

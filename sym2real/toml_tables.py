@@ -60,11 +60,11 @@ def _converted(file: str | Path, value: Any, hint: Any, place: str) -> Any:
     return made
 
 
-def _wanted(hint: Any, said: str) -> str:
+def _wanted(hint: Any, message: str) -> str:
     literal = next((kind for kind in (hint, *get_args(hint)) if get_origin(kind) is Literal), None)
     if literal is not None:
         return f"one of {', '.join(get_args(literal))}"
-    wanted = said.removeprefix("Expected ").partition(", got")[0].partition(" - at")[0].replace("`", "")
+    wanted = message.removeprefix("Expected ").partition(", got")[0].partition(" - at")[0].replace("`", "")
     for name, words in WORDS.items():
         wanted = wanted.replace(name, words)
     return wanted

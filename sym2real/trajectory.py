@@ -43,8 +43,8 @@ def check_shape(name: str, values: Array, rows: int, layout: Layout) -> None:
 def check_columns(name: str, shape: Sequence[int], layout: Layout) -> None:
     """Refuse values of another number of columns ``# (..., columns)``, by a ShapeError that names them."""
     if not shape or shape[-1] != layout.size:
-        columns, found = " ".join(layout) or "none", tuple(shape)
-        raise ShapeError(f"{name}: expected (..., {layout.size}), columns {columns}, found shape {found}")
+        columns, actual = " ".join(layout) or "none", tuple(shape)
+        raise ShapeError(f"{name}: expected (..., {layout.size}), columns {columns}, found shape {actual}")
 
 
 def numbers_of(name: str, values: ArrayLike) -> Array:
@@ -54,12 +54,12 @@ def numbers_of(name: str, values: ArrayLike) -> Array:
         ShapeError: for what holds no rows of numbers, or rows of several lengths.
     """
     try:
-        found = np.asarray(_detached(values), dtype=np.float64)
+        numbers = np.asarray(_detached(values), dtype=np.float64)
     except (TypeError, ValueError):
-        found = np.zeros(())
-    if not found.ndim:
+        numbers = np.zeros(())
+    if not numbers.ndim:
         raise ShapeError(f"{name}: expected an array of numbers, found {values!r:.80}")
-    return found
+    return numbers
 
 
 def seconds_of(time: ArrayLike) -> Array:

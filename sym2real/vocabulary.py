@@ -43,7 +43,7 @@ VOCABULARY: tuple[tuple[Group, Field], ...] = (
 LARGEST_PLACE = {"rad": 2.0 * pi, "m": 5.0}
 # Quantities of equations that effects change: gravity in m/s², world axes.
 GRAVITY_COMPONENTS = ("gravity_x", "gravity_y", "gravity_z")
-# What rotors that are told themselves give together, beside their thrust: N m, body axes.
+# What rotors that are commanded themselves give together, beside their thrust: N m, body axes.
 MOTOR_TORQUES = ("torque_x", "torque_y", "torque_z")
 WRENCH = (*FORCE.columns, *TORQUE.columns)
 # On wheels of one axle: the torque in N m by which they brake a turn, and the inertia in kg m² that turns.
@@ -51,7 +51,7 @@ DRILLING, TURNING_INERTIA = "drilling", "turning_inertia"
 HEIGHT = POSITION.columns[2]
 (THRUST_COLUMN,), (STEER_COLUMN,), (SPEED_COLUMN,) = THRUST.columns, STEERING.columns, SPEED.columns
 (ACCELERATION_COLUMN,) = ACCELERATION.columns
-CarCommand = Literal["speed", "acceleration"]  # what a car is told beside its steering
+CarCommand = Literal["speed", "acceleration"]  # what a car is commanded beside its steering
 CAR_COMMANDS: tuple[CarCommand, ...] = get_args(CarCommand)
 
 
@@ -66,7 +66,7 @@ def push_column(joint: str) -> str:
 
 
 def is_push(column: str) -> bool:
-    """Whether a column is a force or torque from outside, on a body or along a joint: zero where nobody pushes."""
+    """Whether a column is a force or torque from outside, on a body or along a joint: zero where none acts."""
     return column in WRENCH or column.endswith(push_column(""))
 
 

@@ -15,7 +15,7 @@ from torch import Tensor
 from sym2real.control import MPPI
 from sym2real.control.mppi import shift
 from sym2real.control.noise import deviations, sample, smoothing
-from sym2real.control.weights import weigh
+from sym2real.control.weights import importance_weights
 from sym2real.errors import ShapeError
 from sym2real.layout import Layout, Layouts
 from sym2real.robots import CRAZYFLIE, MUSHR, Limits, MPPISettings, Robot
@@ -209,8 +209,8 @@ def test_temperature_goes_from_the_best_sample_to_the_average() -> None:
 
 def test_weights_know_only_differences_of_cost() -> None:
     costs = torch.tensor([3.0, 1.0, 2.0, 1.5], dtype=torch.float64)
-    weights = weigh(costs, 0.7)
-    torch.testing.assert_close(weigh(costs + 1e6, 0.7), weights, atol=1e-9, rtol=1e-6)
+    weights = importance_weights(costs, 0.7)
+    torch.testing.assert_close(importance_weights(costs + 1e6, 0.7), weights, atol=1e-9, rtol=1e-6)
     assert float(weights.sum()) == pytest.approx(1.0)
     assert float(weights[0] / weights[1]) == pytest.approx(np.exp(-2 / 0.7))
 

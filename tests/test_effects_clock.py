@@ -9,7 +9,7 @@ import pytest
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.question import Question, check_data
-from sym2real.effects.inputs import DROPOUT, inputs_along, with_one_clock
+from sym2real.effects.inputs import DROPOUT, inputs_along, with_common_clock
 from sym2real.experiments.flights import quadrotor_flights
 from sym2real.layout import Layout
 from sym2real.robots import ROBOTS
@@ -28,7 +28,7 @@ def flight() -> Trajectory:
 def test_a_log_in_pieces_has_the_clock_of_the_whole_in_any_order(flight: Trajectory) -> None:
     whole = inputs_along(CLOCK, flight)
     bounds = ((70, 120), (0, 40), (50, 70))  # ten rows are missing, as after a dropout
-    pieces = with_one_clock(Dataset(replace(flight.rows(*rows), name=str(rows)) for rows in bounds))
+    pieces = with_common_clock(Dataset(replace(flight.rows(*rows), name=str(rows)) for rows in bounds))
     for rows, piece in zip(bounds, pieces, strict=True):
         np.testing.assert_allclose(inputs_along(CLOCK, piece), whole[slice(*rows)], atol=1e-6)
 
@@ -36,7 +36,7 @@ def test_a_log_in_pieces_has_the_clock_of_the_whole_in_any_order(flight: Traject
 def test_logs_that_do_not_go_on_keep_their_own_clocks(flight: Trajectory) -> None:
     later = replace(flight, time=flight.time + (flight.time[-1] - flight.time[0]) + 2 * DROPOUT, name="later")
     same = replace(flight, name="at the same time")
-    for log in with_one_clock(Dataset([later, flight, same])):
+    for log in with_common_clock(Dataset([later, flight, same])):
         assert "t" not in log.extra
         assert float(inputs_along(CLOCK, log)[0, 0]) == 0.0
 

@@ -13,9 +13,9 @@ from sym2real.effects import effect
 from sym2real.effects.groups import holding, others_of
 from sym2real.effects.manoeuvres import (
     calm_rates,
-    one_circle,
-    one_direction,
-    one_speed,
+    single_circle,
+    single_direction,
+    steady_speed,
     steady_thrust,
     steady_thrust_alone,
     steady_yaw,
@@ -65,14 +65,14 @@ def test_conditions_hold_where_the_manoeuvre_lacks_what_separates() -> None:
     for condition in (steady_yaw, steady_thrust, calm_rates):
         assert condition([hover])
         assert not condition([busy])
-    for condition in (one_circle, one_speed, one_direction, tyres_hold):
+    for condition in (single_circle, steady_speed, single_direction, tyres_hold):
         assert condition([circle])
-    for condition in (one_circle, one_speed):
+    for condition in (single_circle, steady_speed):
         assert not condition([eight])
     assert not tyres_hold([fast])
-    assert not one_direction([circle, drive(np.full(ROWS, 0.2), np.full(ROWS, -0.9))])
+    assert not single_direction([circle, drive(np.full(ROWS, 0.2), np.full(ROWS, -0.9))])
     # Two circles, one each way, separate what one does not.
-    assert not one_circle([circle, drive(np.full(ROWS, -0.2), np.full(ROWS, 0.9))])
+    assert not single_circle([circle, drive(np.full(ROWS, -0.2), np.full(ROWS, 0.9))])
     # Two flights that look different ways do as well.
     assert not steady_yaw([hover, flight(still + 2.0, still + 0.27, still)])
 
@@ -80,7 +80,7 @@ def test_conditions_hold_where_the_manoeuvre_lacks_what_separates() -> None:
 def test_conditions_of_another_robot_do_not_hold() -> None:
     for condition in (steady_yaw, steady_thrust, calm_rates):
         assert not condition([circle])
-    for condition in (one_circle, tyres_hold, one_direction):
+    for condition in (single_circle, tyres_hold, single_direction):
         assert not condition([hover])
 
 

@@ -55,9 +55,9 @@ def test_changes_and_pushes_reach_the_plant() -> None:
     plain = quadrotor_flights(1, seed=1, steps=30)
     windy = quadrotor_flights(1, seed=1, steps=30, changes=[effect("wind", CRAZYFLIE).inject(fx=0.03)])
     assert (windy[0].column("vx") - plain[0].column("vx"))[-1] > 0.1
-    pushed = quadrotor_flights(1, seed=1, steps=30, pushed=True)
+    forced = quadrotor_flights(1, seed=1, steps=30, forced=True)
     assert not plain[0].inputs.any()
-    assert (np.abs(pushed[0].inputs).max(axis=0) > 0.0).all()
+    assert (np.abs(forced[0].inputs).max(axis=0) > 0.0).all()
 
 
 def test_drives_in_distribution_go_forward_within_their_limit() -> None:

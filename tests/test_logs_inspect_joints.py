@@ -53,33 +53,33 @@ SERVO = Robot.from_mjcf(two_links.MJCF.replace("<actuator>", TARGET), actions=["
 def test_names_that_say_enough_are_matched_and_no_others(names: str, found: str) -> None:
     matching = match_own(("t", *names.split()), LAYOUTS, {"tau1": "q1", "tau2": "q2"})
     wanted = (found or names).split()
-    assert [matching.found[column].source if column in matching.found else "-" for column in OWN] == wanted
+    assert [matching.pairs[column].source if column in matching.pairs else "-" for column in OWN] == wanted
     assert set(matching.open) == {column for column, source in zip(OWN, wanted, strict=True) if source == "-"}
 
 
 def test_a_column_goes_by_a_word_of_a_longer_name_where_one_name_alone_has_it() -> None:
     robot = ROBOTS["cart_pole"]
     moved = {"drive": "slider"}
-    found = match_own(["Trolley slider [mm]", "Pole Angle [deg]", "Drive Force [N]"], robot.layouts, moved).found
+    found = match_own(["Trolley slider [mm]", "Pole Angle [deg]", "Drive Force [N]"], robot.layouts, moved).pairs
     assert {column: (match.source, match.sure) for column, match in found.items()} == {
         "slider": ("Trolley slider [mm]", False), "pole": ("Pole Angle [deg]", True),
         "drive": ("Drive Force [N]", True),
     }  # fmt: skip
     both = match_own(["left slider", "right slider", "pole"], robot.layouts, moved)
-    assert "slider" not in both.found
+    assert "slider" not in both.pairs
     assert "left slider" in both.open["slider"]
 
 
 def test_a_command_of_equations_of_ones_own_may_be_called_after_any_quantity() -> None:
     layouts = Layouts(Layout.of(["x", "y", "sin_yaw", "cos_yaw", "vx", "vy", "wz"]), Layout.of(["steer", "accel"]))
     matching = match_own(["t", "steer_cmd", "accel_cmd", "imu_ax"], layouts, {})
-    assert matching.found["accel"].source == "accel_cmd"
+    assert matching.pairs["accel"].source == "accel_cmd"
 
 
 def test_a_speed_of_a_wheel_that_nobody_called_a_command_is_a_line_to_fill_in() -> None:
     robot = ROBOTS["differential_drive"]
     matching = match_own(("t", "x_mm", "left_rpm", "right_rpm"), robot.layouts, robot.moved)
-    assert not {"left", "right"} & {*matching.found}
+    assert not {"left", "right"} & {*matching.pairs}
     assert matching.open["left"] == "it may be 'left_rpm', whose name does not say that it was sent"
 
 
@@ -87,7 +87,7 @@ def test_joints_go_by_their_names_and_servos_by_what_is_wanted() -> None:
     arm = ROBOTS["arm"].layouts
     names = ["waist_pos", "shoulder/velocity", "waist_cmd", "elbow_effort", "elbow"]
     moved = {f"{joint}_motor": joint for joint in arm.state.joints}
-    found = {column: match.source for column, match in match_own(names, arm, moved).found.items()}
+    found = {column: match.source for column, match in match_own(names, arm, moved).pairs.items()}
     assert found == {
         "waist": "waist_pos", "shoulder_rate": "shoulder/velocity", "waist_motor": "waist_cmd",
         "elbow_motor": "elbow_effort", "elbow": "elbow",
@@ -96,10 +96,10 @@ def test_joints_go_by_their_names_and_servos_by_what_is_wanted() -> None:
     glued = {joint: f"currentPosition{joint}" for joint, _ in places}
     glued |= {rate: f"currentVelocity{joint}" for joint, rate in places}
     glued |= {action: f"currentCommand{joint}" for action, joint in moved.items()}  # jiminy's; no electric current
-    found = {column: match.source for column, match in match_own([*glued.values()], arm, moved).found.items()}
+    found = {column: match.source for column, match in match_own([*glued.values()], arm, moved).pairs.items()}
     assert found == glued
-    assert match_own(["ax1_pos", "ax1_target"], SERVO.layouts, {"target": "q1"}).found["target"].source == "ax1_target"
-    found = {c: m.source for c, m in match_own(["q1", "q1_ref", "tau1"], SERVO.layouts, {"target": "q1"}).found.items()}
+    assert match_own(["ax1_pos", "ax1_target"], SERVO.layouts, {"target": "q1"}).pairs["target"].source == "ax1_target"
+    found = {c: m.source for c, m in match_own(["q1", "q1_ref", "tau1"], SERVO.layouts, {"target": "q1"}).pairs.items()}
     assert found == {"q1": "q1", "target": "q1_ref"}
 
 
@@ -121,8 +121,8 @@ def test_hinges_and_slides_are_counted_each_alone_where_units_say_which_is_which
     scara = Layouts(Layout(tuple(fields)), Layout(()))
     matching = match_own(names.split(), scara, {})
     own = [*scara.state]
-    assert [matching.found[column].source if column in matching.found else "-" for column in own] == found.split()
-    assert not any(match.sure for match in matching.found.values())
+    assert [matching.pairs[column].source if column in matching.pairs else "-" for column in own] == found.split()
+    assert not any(match.sure for match in matching.pairs.values())
 
 
 def test_what_counts_from_zero_is_a_guess_that_says_so(tmp_path: Path) -> None:

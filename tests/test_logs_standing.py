@@ -101,7 +101,7 @@ def test_a_car_that_waits_is_left_out_but_for_a_moment() -> None:
     assert first.time[0] / STEP == pytest.approx(200 - moment, abs=1)
     assert first.time[-1] / STEP == pytest.approx(350 + moment, abs=30)  # it brakes meanwhile
     assert second.time[0] / STEP == pytest.approx(550 - moment, abs=1)
-    assert "it stands (as it is told)" in first.notes[0]
+    assert "it stands (as commanded)" in first.notes[0]
 
 
 @pytest.mark.parametrize(("stopped", "rolls"), [(60, 0.0), (300, 0.15)], ids=["stop of a moment", "rolls on"])

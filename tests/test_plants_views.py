@@ -16,7 +16,7 @@ from sym2real.errors import ModelError, ShapeError
 from sym2real.plants import (
     ModelPlant,
     MujocoPlant,
-    random_push,
+    random_wrench,
     rollout_mujoco,
     run_episode,
 )
@@ -110,7 +110,7 @@ def test_rollouts_and_episodes_of_nothing_are_refused() -> None:
         rollout_mujoco(plant, plant.full_state, np.zeros((2, 3, 4)), substeps=0)
     with pytest.raises(ShapeError, match="at least one step"):
         run_episode(plant, controller, steps=0)
-    with pytest.raises(ShapeError, match="found 3 steps and 2 pushes"):
+    with pytest.raises(ShapeError, match="found 3 steps and 2 wrenches"):
         run_episode(plant, controller, steps=3, wrench=np.zeros((2, 6)))
 
 
@@ -140,7 +140,7 @@ def test_rollouts_refuse_what_they_cannot_apply() -> None:
 @every_robot
 def test_an_episode_is_a_log_whose_rows_answer_each_other(robot: Robot) -> None:
     actions = draw(robot, 30)
-    pushes = random_push(robot, 30, np.random.default_rng(0))
+    pushes = random_wrench(robot, 30, np.random.default_rng(0))
     controller = Scripted(actions)
     log = run_episode(MujocoPlant(robot), controller, start=high(robot), steps=30, wrench=pushes, name="one")
     assert len(log) == 30
@@ -177,8 +177,8 @@ def test_an_episode_of_a_task_starts_there_and_carries_its_reference() -> None:
 
 @every_robot
 def test_pushes_are_smooth_bounded_random_and_repeatable(robot: Robot) -> None:
-    pushes = random_push(robot, 2000, np.random.default_rng(0))
-    np.testing.assert_array_equal(pushes, random_push(robot, 2000, np.random.default_rng(0)))
+    pushes = random_wrench(robot, 2000, np.random.default_rng(0))
+    np.testing.assert_array_equal(pushes, random_wrench(robot, 2000, np.random.default_rng(0)))
     limits = np.array([robot.limits.push[column] for column in robot.layouts.inputs])
     share = pushes / limits
     forces = [robot.layouts.inputs.index(column) for column in robot.layouts.inputs if column.startswith("f")]
@@ -194,7 +194,7 @@ def test_pushes_are_smooth_bounded_random_and_repeatable(robot: Robot) -> None:
 def test_pushes_along_joints_stay_within_their_limits(name: str) -> None:
     """Each alone: no push belongs to another, whatever letters their names begin with."""
     robot = ROBOTS[name]
-    share = random_push(robot, 5000, np.random.default_rng(0)) / [*map(robot.limits.push.get, robot.layouts.inputs)]
+    share = random_wrench(robot, 5000, np.random.default_rng(0)) / [*map(robot.limits.push.get, robot.layouts.inputs)]
     assert (np.abs(share).max(axis=0) > 0.8).all()
     assert np.abs(share).max() < 1.0
 
@@ -208,7 +208,7 @@ def test_the_car_forgets_no_wrench_limits() -> None:
 def test_a_model_as_plant_steps_the_model(robot: Robot) -> None:
     model = compile_model(robot.nominal(), dtype=torch.float64)
     plant = ModelPlant(model, robot)
-    actions, pushes = draw(robot, 20), random_push(robot, 20, np.random.default_rng(1))
+    actions, pushes = draw(robot, 20), random_wrench(robot, 20, np.random.default_rng(1))
     log = run_episode(plant, Scripted(actions), start=high(robot), steps=20, wrench=pushes)
     expected = model.rollout(*(torch.as_tensor(values) for values in (log.state[0], actions, pushes))).numpy()
     np.testing.assert_allclose(log.state[1:], expected[:-1], atol=1e-10)

@@ -19,7 +19,7 @@ from sym2real.diagnosis import compare
 from sym2real.effects import effect
 from sym2real.errors import ModelError
 from sym2real.layout import Layout, Layouts
-from sym2real.plants import MujocoPlant, random_push
+from sym2real.plants import MujocoPlant, random_wrench
 from sym2real.report.tables import interface_lines
 from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, Robot
 from sym2real.robots.crazyflie import ARM, MASS, TORQUE_PER_THRUST
@@ -130,7 +130,7 @@ def test_the_bicycle_follows_mujoco_at_low_speed(scale: float, bound: float) -> 
 @pytest.mark.parametrize("robot", PAPER_ROBOTS.values(), ids=PAPER_ROBOTS)
 def test_the_wrench_moves_the_equations_as_a_push_moves_mujoco(robot: Robot) -> None:
     for seed in range(3):
-        wrench = random_push(robot, 40, np.random.default_rng(seed))
+        wrench = random_wrench(robot, 40, np.random.default_rng(seed))
         if robot is MUSHR:
             wrench[:, 1:] = 0.0  # along the car; across it and about its vertical the tyres hold
         actions = commands(robot, 0.1, seed)
@@ -355,7 +355,7 @@ def test_the_thrust_of_a_log_is_found_from_its_first_seconds() -> None:
     log = Trajectory(time, state, motors, attitude.numpy(), layouts)
     assert fit_thrust_per_unit(log) == pytest.approx(true, rel=2e-3)
     still = Trajectory(time, state, 0 * motors, attitude.numpy(), layouts)
-    with pytest.raises(ModelError, match="nothing pushes"):
+    with pytest.raises(ModelError, match="no thrust in the first"):
         fit_thrust_per_unit(still)
     with pytest.raises(ModelError, match="ten rows"):
         fit_thrust_per_unit(log, seconds=0.1)

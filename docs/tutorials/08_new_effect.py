@@ -13,7 +13,7 @@ from sym2real import MPPI, ROBOTS, MujocoPlant, compile_model, make_task, run_ep
 from sym2real.effects import Effect, truth
 from sym2real.effects.body import Body
 from sym2real.effects.kind import Kind, Parameter, of_any_body
-from sym2real.effects.wrench import push
+from sym2real.effects.wrench import apply_wrench
 from sym2real.symbolic import Equations, symbol
 
 SHORT = "--short" in sys.argv
@@ -28,7 +28,7 @@ STIFFNESS = Parameter("stiffness", "N/m", null=0.0, low=0.0, high=1.0, scale=0.0
 
 
 def substitute(equations: Equations, values: dict, body: Body) -> Equations:
-    return push(equations, body, force=[-values["stiffness"] * symbol(axis) for axis in PLACE])
+    return apply_wrench(equations, body, force=[-values["stiffness"] * symbol(axis) for axis in PLACE])
 
 
 # The truth, which uses none of that: a force on MuJoCo's body before every physics step.
@@ -47,7 +47,7 @@ ROPE = Kind(
     confused_with="added mass at one height",
     shown_by="several places and heights",
     fix="cut the rope",
-    inject=truth.pushing(pull),
+    inject=truth.with_force(pull),
     substitute=substitute,
     needs=PLACE,
     numbers=("mass",),

@@ -21,7 +21,7 @@ from sym2real.adaptation.record import Record
 from sym2real.control import RandomCommands, mppi_controller
 from sym2real.dataset import Dataset
 from sym2real.errors import ModelError
-from sym2real.plants import MujocoPlant, random_push, run_episode
+from sym2real.plants import MujocoPlant, random_wrench, run_episode
 from sym2real.protocols import Controller, SymbolicRegressor
 from sym2real.regression import require_dependence
 from sym2real.symbolic import Equations
@@ -45,7 +45,7 @@ class StageOne:
         samples: MPPI samples; the robot's own number by default.
         pushed: learn the wrench inputs too.
         until_settled: stop before ``episodes`` when nothing gets better.
-        seed: of starts, commands, pushes and samples.
+        seed: of starts, commands, wrenches and samples.
 
     Raises:
         ModelError: without an episode, or with one too short to learn from.
@@ -75,9 +75,9 @@ class BaseModel:
 
     Args:
         equations: the base model.
-        episodes: the paper's trajectories, unpushed.
+        episodes: the paper's trajectories, without a wrench.
         pushed: the further trajectories that taught the wrench inputs.
-        reports: one per unpushed episode.
+        reports: one per episode without a wrench.
     """
 
     equations: Equations
@@ -156,7 +156,7 @@ class _Loop:
     on_progress: OnProgress
 
     def run(self) -> BaseModel:
-        """Episodes and fits in turn, the pushed episodes, and the last fit; errors as of :func:`stage_one`."""
+        """Episodes and fits in turn, the episodes under a wrench, the last fit; errors as of :func:`stage_one`."""
         episodes: list[Trajectory] = []
         reports: list[EpisodeReport] = []
         equations: Equations | None = None
@@ -172,15 +172,15 @@ class _Loop:
             if self.settings.until_settled and settled(reports):
                 break
         assert equations is not None  # there is an episode at least
-        pushed: list[Trajectory] = []
+        under_wrench: list[Trajectory] = []
         behind = f"_behind_{len(reports):03d}"  # a run that goes on with more episodes flies and fits these anew
         if self.settings.pushed:
             for number in range(len(reports)):
-                pushed += self._episode("pushed", number, equations, behind)
+                under_wrench += self._episode("pushed", number, equations, behind)
         # A warm start keeps terms that were chosen from fewer rows; the last fit chooses among all of them anew.
-        equations = self._fit(f"base{behind}", [*episodes, *pushed], None)
+        equations = self._fit(f"base{behind}", [*episodes, *under_wrench], None)
         require_dependence(equations, Dataset(episodes).transitions(), self.plant.robot.recipe.dependencies)
-        return BaseModel(equations, tuple(episodes), tuple(pushed), tuple(reports))
+        return BaseModel(equations, tuple(episodes), tuple(under_wrench), tuple(reports))
 
     def _fit(self, name: str, episodes: Sequence[Trajectory], start: Equations | None) -> Equations:
         self.on_progress(Progress(f"fitting {len(episodes)} trajectories", 0, 0))
@@ -208,7 +208,7 @@ class _Loop:
         task = self.tasks[(number - 1) % len(self.tasks)] if number > 0 else None
         seed = [self.settings.seed, KINDS.index(kind), number % 2**16]
         rng = np.random.default_rng(seed)
-        wrench = random_push(self.plant.robot, steps, rng) if kind == "pushed" else None
+        wrench = random_wrench(self.plant.robot, steps, rng) if kind == "pushed" else None
         what = f"{name.replace('_', ' ')}: {task.name if task else RANDOM_COMMANDS}"
         return self.record.episode(
             name,

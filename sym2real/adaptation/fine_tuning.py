@@ -83,7 +83,7 @@ class FineTuning:
             return trained, TrainingReport(None, math.nan, columns, rows, time.perf_counter() - began)
         with one_thread():
             model, penalty, error = self._tuned(transitions, base)
-        columns = tuple(column for column, found in model.next.items() if found != base.next[column])
+        columns = tuple(column for column, fitted in model.next.items() if fitted != base.next[column])
         return model, TrainingReport(penalty, error, columns, rows, time.perf_counter() - began)
 
     def _tuned(self, transitions: Transitions, base: Equations) -> tuple[Equations, float | None, float]:
@@ -179,11 +179,11 @@ class Ridge:
         curvature, gradient = self._normal_equations(about)
         ordered = sorted(penalties, reverse=True)
         unit = torch.eye(len(about), dtype=torch.float64)
-        found = [torch.linalg.solve(curvature + penalty * unit, -gradient) for penalty in ordered]
-        errors = [self.validated(change) for change in found]
+        changes = [torch.linalg.solve(curvature + penalty * unit, -gradient) for penalty in ordered]
+        errors = [self.validated(change) for change in changes]
         best = min(errors, key=lambda error: float(error.mean()))
         place = next(place for place, error in enumerate(errors) if sureness(error - best) <= 1.0)
-        return found[place], ordered[place]
+        return changes[place], ordered[place]
 
     def _sets(self, changes: Tensor) -> Tensor:
         sets = self.values.repeat(len(changes), 1)

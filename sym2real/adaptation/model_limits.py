@@ -20,7 +20,7 @@ from sym2real.robots import Robot
 from sym2real.trajectory import Array, Trajectory
 
 ROLLOUTS = 512
-TOLERATED = 0.05  # share of rollouts: at the edge of what was recorded any fit is off, and MPPI weighs many
+TOLERATED = 0.05  # share of rollouts: at the edge of what was recorded any fit is off, and MPPI averages many
 
 
 def beyond_limits(model: Model, base: Model, logs: Sequence[Trajectory], robot: Robot, seed: int) -> str:

@@ -41,10 +41,10 @@ class Record:
             text = json.dumps(settings, indent=1, default=int)  # NumPy has integers of its own
             write_text(self.folder / SETTINGS, text)
             return
-        found = read_object(self.folder / SETTINGS, "the settings of a run")
-        differing = sorted(key for key in settings | found if settings.get(key) != found.get(key))
+        recorded = read_object(self.folder / SETTINGS, "the settings of a run")
+        differing = sorted(key for key in settings | recorded if settings.get(key) != recorded.get(key))
         if differing:
-            changes = ", ".join(f"{key}: {found.get(key)} there, {settings.get(key)} now" for key in differing)
+            changes = ", ".join(f"{key}: {recorded.get(key)} there, {settings.get(key)} now" for key in differing)
             raise ModelError(
                 f"{self.folder} holds a run with other settings ({changes}); "
                 "choose another folder, or delete this one to start over"

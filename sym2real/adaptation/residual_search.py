@@ -34,7 +34,7 @@ class ResidualSearch:
     def fit(
         self, transitions: Transitions, base: Base, start: Equations | Composed | None = None
     ) -> Equations | Composed:
-        """The base with the terms that were found.
+        """The base with the terms of the residual.
 
         Args:
             transitions: of the target.
@@ -57,10 +57,10 @@ class ResidualSearch:
             layouts=layouts,
         )
         left: Array = -(torch.linalg.pinv(rows.moved.double()) @ rows.error.double()[..., None])[..., 0].numpy()
-        found = residual_terms(meant, left, self.settings, self.angles)
+        terms = residual_terms(meant, left, self.settings, self.angles)
         if isinstance(base, Equations):
-            return with_added(base, found)
-        return Composed(base, SymbolicResidual(layouts, found))
+            return with_added(base, terms)
+        return Composed(base, SymbolicResidual(layouts, terms))
 
 
 def with_added(equations: Equations, expressions: Mapping[str, Expr]) -> Equations:

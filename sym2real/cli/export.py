@@ -38,13 +38,13 @@ class Export:
         from sym2real.neural.model_folder import below
         from sym2real.symbolic import Equations
         from sym2real.symbolic.exporting import interface_of
-        from sym2real.symbolic.interface import outside_said
+        from sym2real.symbolic.interface import outside_notes
 
         model = open_with_progress(self.model)
         export(model, self.format, self.out)
         console.print(f"{self.format} in {self.out}, its columns in {interface_of(self.out)}", markup=False)
         base = below(model)
-        outside = outside_said(base) if isinstance(base, Equations) else ()
+        outside = outside_notes(base) if isinstance(base, Equations) else ()
         for line in outside:
             console.print(f"note: {line}", markup=False)
         return {"format": self.format, "file": self.out, "interface": interface_of(self.out), "notes": list(outside)}

@@ -66,6 +66,6 @@ class FusedStep:
         """The noise ``# (N, H, action)`` of a call."""
         plan = self._plan
         plan.seed, plan.call, plan.noise = seed & 0xFFFFFFFF, call & 0xFFFFFFFF, None
-        found = torch.empty(self.samples, *self.shape, dtype=torch.float32)
-        self._library.noise_of(self._address, self._scratch_address, found.data_ptr())
-        return found
+        noise = torch.empty(self.samples, *self.shape, dtype=torch.float32)
+        self._library.noise_of(self._address, self._scratch_address, noise.data_ptr())
+        return noise

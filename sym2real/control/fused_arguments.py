@@ -139,8 +139,8 @@ class Operands:
         if tensor.shape != self.shapes[name]:
             raise ShapeError(f"{name}: expected the shape {self.shapes[name]}, found {tuple(tensor.shape)}")
         if tensor.dtype is not torch.float32 or tensor.device != self.device or not tensor.is_contiguous():
-            found = f"{tensor.dtype} on {tensor.device}{'' if tensor.is_contiguous() else ', strided'}"
-            raise ShapeError(f"{name}: expected contiguous torch.float32 on {self.device}, found {found}")
+            actual = f"{tensor.dtype} on {tensor.device}{'' if tensor.is_contiguous() else ', strided'}"
+            raise ShapeError(f"{name}: expected contiguous torch.float32 on {self.device}, found {actual}")
         return tensor.data_ptr()
 
 

@@ -11,7 +11,7 @@ from sym2real.control.fused_problem import Fused
 from sym2real.control.fused_residual import Residual, packed
 from sym2real.control.fused_text import fused_text
 from sym2real.control.plan import shift
-from sym2real.control.weights import weigh
+from sym2real.control.weights import importance_weights
 from sym2real.native.nvrtc import CudaModule
 
 THREADS, TILE = 128, 16  # of a block; as in cuda.h
@@ -70,7 +70,7 @@ class FusedGpuStep:
         plan.costs, plan.begun = costs.data_ptr(), given.begun
         plan.seed, plan.call = given.seed & 0xFFFFFFFF, given.call & 0xFFFFFFFF
         self._run("plan_samples")
-        weights = weigh(costs, plan.temperature)
+        weights = importance_weights(costs, plan.temperature)
         rejected = int((~costs.isfinite()).sum())
         return (before if rejected == self.samples else self._tracks @ weights), costs, rejected
 

@@ -1,6 +1,6 @@
 """Model predictive path integral control over any dynamics model.
 
-At each step: shift the mean of the last plan, add noise, roll the model out, weigh the rollouts by their cost::
+At each step: shift the mean of the last plan, add noise, roll the model out, weight the rollouts by their cost::
 
     J_i = Σ_h c(s_h+1, a_h, s*_h+1),   w_i ∝ exp(-J_i / λ),   mean ← Σ_i w_i a_i
 
@@ -41,7 +41,7 @@ from sym2real.control.noise import deviations, require_steps, sample, smoothing
 from sym2real.control.plan import Plan, shift
 from sym2real.control.timing import samples_within
 from sym2real.control.torch_step import TorchStep
-from sym2real.control.weights import weigh
+from sym2real.control.weights import importance_weights
 from sym2real.effects.filters import FilterState
 from sym2real.protocols import DynamicsModel
 from sym2real.robots.robot import MPPISettings, Robot
@@ -228,7 +228,7 @@ class MPPI:
             noise = self._fused.noise(seen.seed, seen.call) if seen.noise is None else seen.noise
             actions = torch.clamp(shift(seen.mean, seen.steps) + noise, self._low, self._high)
             states = self._torch.rollout(seen.state, actions, seen.inputs, filters, past=seen.past, hidden=seen.hidden)
-            self._plan = Plan(states, actions, self._costs, weigh(self._costs, self.settings.temperature))
+            self._plan = Plan(states, actions, self._costs, importance_weights(self._costs, self.settings.temperature))
         return self._plan
 
     def _trial(self, samples: int) -> None:

@@ -1,4 +1,4 @@
-"""How many samples a machine can roll out within a control period, tried beforehand."""
+"""How many samples a machine can roll out within a control period, measured beforehand."""
 
 import logging
 import time

@@ -12,7 +12,7 @@ from torch import Tensor
 from sym2real.control.fused_arguments import copy_of
 from sym2real.control.plan import Plan
 from sym2real.control.reference_table import ReferenceTable
-from sym2real.control.weights import weigh
+from sym2real.control.weights import importance_weights
 from sym2real.effects.filters import FilterState
 from sym2real.errors import ShapeError
 from sym2real.protocols import DynamicsModel
@@ -84,12 +84,12 @@ class TorchStep:
         states = self.rollout(state, actions, inputs, self.filters, past=past, hidden=hidden)
         costs, wanted = self.cost(states, actions, self.references.after(step)), actions.shape[:-1]
         if not isinstance(costs, Tensor) or costs.shape != wanted or not costs.is_floating_point():
-            found = f"{costs.dtype} {tuple(costs.shape)}" if isinstance(costs, Tensor) else type(costs).__name__
+            actual = f"{costs.dtype} {tuple(costs.shape)}" if isinstance(costs, Tensor) else type(costs).__name__
             expected = f"expected a tensor of floats {tuple(wanted)}"
-            raise ShapeError(f"cost of task {self.task.name!r}: {expected}, found {found}")
+            raise ShapeError(f"cost of task {self.task.name!r}: {expected}, found {actual}")
         costs = costs.sum(-1)
         costs = costs.masked_fill(~states.sum((-2, -1)).isfinite(), torch.inf)
-        return Plan(states, actions, costs, weigh(costs, self.robot.mppi.temperature))
+        return Plan(states, actions, costs, importance_weights(costs, self.robot.mppi.temperature))
 
     def rollout(
         self,
@@ -120,7 +120,7 @@ class TorchStep:
             return rollout(self.model, start, actions, known, past=past, normalise=self.robot.layouts.state.normalise)
 
     def given(self, inputs: ArrayLike | None) -> Tensor | None:
-        """Inputs as the model takes them; nobody pushes where none are given.
+        """Inputs as the model takes them; zero where none are given.
 
         Raises:
             ShapeError: for another number of inputs, or none where the model's equations use what is measured.

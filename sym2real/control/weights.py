@@ -11,8 +11,8 @@ import torch
 from torch import Tensor
 
 
-def weigh(costs: Tensor, temperature: float) -> Tensor:
-    """Weights ``# (N,)`` that sum to one for costs ``# (N,)``; a cost that is not finite weighs nothing.
+def importance_weights(costs: Tensor, temperature: float) -> Tensor:
+    """Weights ``# (N,)`` that sum to one for costs ``# (N,)``; a cost that is not finite has no weight.
 
     All weights are zero where no cost is finite.
     """

@@ -11,7 +11,7 @@ from sym2real.diagnosis.data.preparation import long_enough
 from sym2real.diagnosis.faults.sanity import Checked, check
 from sym2real.effects.along_logs import with_filtered_commands
 from sym2real.effects.catalogue import require_patterns
-from sym2real.effects.inputs import with_one_clock
+from sym2real.effects.inputs import with_common_clock
 from sym2real.errors import ModelError, ShapeError
 from sym2real.plants import MujocoPlant
 from sym2real.symbolic import Equations
@@ -75,7 +75,7 @@ def check_data(question: Question) -> Examined:
     """
     parts = [long_enough(part, question.model) for part in (question.data, question.held_out) if part is not None]
     # Logs that go on from those of the search have their battery.
-    logs = list(with_one_clock(Dataset(log for part in parts for log in part)).told_apart())
+    logs = list(with_common_clock(Dataset(log for part in parts for log in part)).told_apart())
     halves = (logs[: len(parts[0])], logs[len(parts[0]) :])
     results = [check(question.model, Dataset(half)) for half in halves if half]
     checked, *aside = (replace(result, data=with_filtered_commands(question.model, result.data)) for result in results)

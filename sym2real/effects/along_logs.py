@@ -77,8 +77,8 @@ def prepared(model: Equations | DynamicsModel, dataset: Dataset) -> tuple[Dynami
         return cast(DynamicsModel, model), dataset
     dataset = with_inputs(equations.layouts.inputs, Dataset(in_columns_of(equations, log) for log in dataset))
     if equations.layouts.inputs != dataset.layouts.inputs:
-        wanted, found = (" ".join(layouts.inputs) for layouts in (equations.layouts, dataset.layouts))
-        raise ShapeError(f"expected logs with the model's inputs {wanted}, found {found or 'none'}")
+        wanted, given = (" ".join(layouts.inputs) for layouts in (equations.layouts, dataset.layouts))
+        raise ShapeError(f"expected logs with the model's inputs {wanted}, found {given or 'none'}")
     whole = None if isinstance(model, Equations) else model
     longer = dataset.dt / equations.dt - 1.0
     if longer < -SAME_STEP or (whole is not None and longer > SAME_STEP):

@@ -33,7 +33,7 @@ from sym2real.effects.loops import other_torque, rate_loops
 from sym2real.effects.rotors import driven_by_motors, motor_forces, spins
 from sym2real.effects.searching import ALONE, Searching, Shown
 from sym2real.effects.terms import acting_thrust, defined, hover_thrust, scaled, with_hidden
-from sym2real.effects.wrench import push
+from sym2real.effects.wrench import apply_wrench
 from sym2real.layout import motors_of
 from sym2real.protocols import Change, Filter
 from sym2real.symbolic import Equations, symbol
@@ -50,7 +50,7 @@ def _flapping_moment_parameters(body: Body) -> tuple[Parameter, ...]:
 
 def _flapping_moment_substitute(equations: Equations, values: Values, body: Body) -> Equations:
     ahead, left, _ = body_velocity(body)
-    return push(equations, body, torque=(values["a"] * left, values["b"] * ahead))
+    return apply_wrench(equations, body, torque=(values["a"] * left, values["b"] * ahead))
 
 
 def _turn(data: Any, body: Body, values: Numbers) -> None:
@@ -67,7 +67,7 @@ FLAPPING_MOMENT = Kind(
     confused_with="a torque bias at one velocity, and drag",
     shown_by="several speeds in all directions of the body",
     fix="put the term into the model",
-    inject=truth.pushing(_turn),
+    inject=truth.with_force(_turn),
     substitute=_flapping_moment_substitute,
     needs=("wx", "wy", *VELOCITY.columns, *ATTITUDE.columns),
     robot="quadrotor",
@@ -95,7 +95,7 @@ TRANSLATIONAL_LIFT = Kind(
     confused_with="a thrust gain at one speed",
     shown_by="level flight at several speeds beside hover",
     fix="put the term into the model",
-    inject=truth.pushing(_lift),
+    inject=truth.with_force(_lift),
     substitute=_translational_lift_substitute,
     needs=("thrust", *VELOCITY.columns, *ATTITUDE.columns),
     robot="quadrotor",
@@ -121,12 +121,11 @@ def _rotor_reaction_substitute(equations: Equations, values: Values, body: Body)
 
 def _of_motors(equations: Equations, inertia: Expr, body: Body) -> Equations:
     speeds = [sqrt(Max(force, 0) / body.number("rotor_thrust")) for force in motor_forces(equations)]
-    equations = defined(
-        equations, {SUM: sum(sign * speed for sign, speed in zip(spins(equations), speeds, strict=True))}
-    )
+    total = sum(sign * speed for sign, speed in zip(spins(equations), speeds, strict=True))
+    equations = defined(equations, {SUM: total})
     equations = with_hidden(equations, SUM_MEMORY, "rad/s", symbol(SUM), start=symbol(SUM))
-    change = (symbol(SUM) - symbol(SUM_MEMORY)) / equations.dt
-    return push(equations, body, torque=(*_gyroscopic(equations, inertia * symbol(SUM), body), inertia * change))
+    about_z = inertia * ((symbol(SUM) - symbol(SUM_MEMORY)) / equations.dt)
+    return apply_wrench(equations, body, torque=(*_gyroscopic(equations, inertia * symbol(SUM), body), about_z))
 
 
 def _gyroscopic(equations: Equations, momentum: Expr, body: Body) -> tuple[Expr, Expr]:
@@ -138,10 +137,7 @@ def _gyroscopic(equations: Equations, momentum: Expr, body: Body) -> tuple[Expr,
     ahead, left = symbol("wx"), symbol("wy")
     half = equations.dt * momentum / 2
     shrink = 1 + half**2 / (jx * jy)
-    return (
-        momentum * (left - half * ahead / jy) / shrink,
-        -momentum * (ahead + half * left / jx) / shrink,
-    )
+    return momentum * (left - half * ahead / jy) / shrink, -momentum * (ahead + half * left / jx) / shrink
 
 
 def _of_loop(equations: Equations, inertia: Expr, body: Body) -> Equations:
@@ -155,7 +151,9 @@ def _of_loop(equations: Equations, inertia: Expr, body: Body) -> Equations:
     end = loop.command + (loop.rate + jump - loop.command) * kept
     end += torque / loop.inertia * (1 - kept) / loop.gain
     about_z = loop.torque_that_ends_at(end) - torque
-    return push(equations, body, torque=(*_gyroscopic(equations, inertia * speeds * loop.mean_torque(), body), about_z))
+    return apply_wrench(
+        equations, body, torque=(*_gyroscopic(equations, inertia * speeds * loop.mean_torque(), body), about_z)
+    )
 
 
 def _inject(body: Body, values: Numbers) -> Change:
@@ -168,9 +166,9 @@ def _inject(body: Body, values: Numbers) -> Change:
 
     def turn(model: Any, data: Any) -> None:
         """Put in what the rotors' spin takes of the body's, by its change and as a gyroscope."""
-        pushes = np.maximum(simulated_rotors.pushes(model, data, body), 0.0)
+        thrusts = np.maximum(simulated_rotors.thrusts(model, data, body), 0.0)
         signs = np.sign(simulated_rotors.reactions(model, body))
-        total = float(signs @ np.sqrt(pushes / body.number("rotor_thrust")))
+        total = float(signs @ np.sqrt(thrusts / body.number("rotor_thrust")))
         change = (total - (last[0] if last else total)) / model.opt.timestep
         last[:] = [total]
         momentum = values["value"] * np.array([0.0, 0.0, -total])

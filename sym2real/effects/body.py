@@ -29,8 +29,8 @@ SCALES = {"rad/s": 0.5, "rad": 0.05, "m/s": 0.1, "m/s^2": 0.3, "m": 0.05, "1": 0
 # The same of an actuator whose range is known: a part of it.
 SPAN_PART = 0.03
 AT_ONCE = 1e9  # 1/s
-# Unit of a joint that the state does not hold, by that of what pushes along it.
-OF_PUSHED = {"N": "m", "N m": "rad"}
+# Unit of a joint that the state does not hold, by that of the force along it.
+UNIT_BY_FORCE = {"N": "m", "N m": "rad"}
 
 
 class Describable(Protocol):
@@ -61,7 +61,7 @@ class Body:
             ``centre`` (of mass, ahead of the rear axle), ``wheel_drive`` (N s/m), time constant of the speed loop
             ``speed_time`` (s); joint J: ``J_inertia`` (what
             a force along it moves, kg or kg m²), ``J_alone`` (the same while no other joint is held: the least),
-            ``J_braking`` (its damping and its servos', N s/m or N m s), ``J_strength`` (what its actuators can push,
+            ``J_braking`` (its damping and its servos', N s/m or N m s), ``J_strength`` (its actuators' largest force,
             N or N m); action A of an MJCF, or as it goes in logs: ``A_range``, in its unit;
             rate A of a wheel that rolls: ``A_per_speed`` (rad/m), ``A_per_turn`` (rad per rad of heading).
         quantities: names that equations derive (thrust of four motors).
@@ -150,7 +150,7 @@ class Body:
         for group in (self.layouts.action, self.layouts.state):
             if self.column in group:
                 return group.units[self.column]
-        return OF_PUSHED.get(self.layouts.inputs.units.get(push_column(self.column), ""), "1")
+        return UNIT_BY_FORCE.get(self.layouts.inputs.units.get(push_column(self.column), ""), "1")
 
     @property
     def _turning(self) -> bool:

@@ -181,7 +181,7 @@ class Effect:
         reason = self.why_not(equations)
         if reason:
             raise ModelError(reason)
-        chosen = (one for one in self.parameters if one.per_log or (not one.fitted and one.null != 0.0))
+        chosen = (fixed for fixed in self.parameters if fixed.per_log or (not fixed.fitted and fixed.null != 0.0))
         cannot = ", ".join(parameter.name for parameter in chosen)
         if cannot:
             raise ModelError(f"{self.key}: expected values, found logs; its {cannot} cannot be fitted")

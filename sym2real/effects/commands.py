@@ -73,7 +73,7 @@ def _offset_substitute(equations: Equations, values: Values, body: Body) -> Equa
 
 def _inject(body: Body, values: Numbers) -> Change:
     if body.column in body.quantities:  # the thrust of motors, whose torques stay
-        return truth.pushing(lambda data, _, known: truth.add_thrust(data, known["value"]))(body, values)
+        return truth.with_force(lambda data, _, known: truth.add_thrust(data, known["value"]))(body, values)
     return truth.commanding(lambda command, _, known: command + known["value"])(body, values)
 
 
@@ -102,7 +102,7 @@ OFFSET = Kind(
 CUT_OFF = (0.99, 0.95, 0.9, 0.75, 0.5, 0.25)
 QUANTILES = (0.5, 0.75, 0.9)
 # A limit on both sides may lie from such a part of a command's mean size to such a part of its largest.
-OF_MEAN, OF_LARGEST, TRIED = 0.4, 0.8, 4
+OF_MEAN, OF_LARGEST, CANDIDATES = 0.4, 0.8, 4
 # Part of its largest value to one side that a command reaches to the other where its limits count as alike, and the
 # units of what may: a servo's travel ends alike on both sides, so does a motor's current. A car's speed does not.
 BOTH_WAYS, ALIKE = 0.5, frozenset({"rad", "rad/s", "N", "N m"})
@@ -152,7 +152,7 @@ def _cut_at(body: Body, values: Array, quantiles: Sequence[float]) -> tuple[floa
 def _between(sizes: Array) -> tuple[float, ...]:
     """A loop that knows no limit may ask for many times what it gets: from one to the other in equal factors."""
     mean, largest = float(sizes.mean()), float(sizes.max())
-    return tuple(np.geomspace(OF_MEAN * mean, OF_LARGEST * largest, TRIED).tolist()) if mean else ()
+    return tuple(np.geomspace(OF_MEAN * mean, OF_LARGEST * largest, CANDIDATES).tolist()) if mean else ()
 
 
 def _starts(body: Body, values: Array) -> tuple[float, ...]:

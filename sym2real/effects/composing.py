@@ -1,6 +1,6 @@
 """Several effects into equations, in the one order that physics allows.
 
-From the dynamics outwards: mass (scales what pushes), rate loop and motors (turn commands into thrust and torque; of a
+From the dynamics outwards: mass (scales forces), rate loop and motors (turn commands into thrust and torque; of a
 car, tyres that lead it where its wheels do not point), wrench (adds forces), thrust (what a thrust command gives),
 command (static maps), then filters, through which a command goes first; measurements last, outside the motion. Every
 substitution replaces a symbol wherever it stands, so that the mass scales a wind, a centre of mass turns the thrust

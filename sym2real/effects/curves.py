@@ -5,7 +5,7 @@ wheels alike, where a turn asks more of the inner one, turns it by less the furt
 geometry: D. Gillespie, Fundamentals of Vehicle Dynamics, ch. 8); so does a servo's arm that runs on a circle, and what
 is logged as an angle and is a travel.
 
-``speed_curve``, v → v (1 - c |v|). A motor whose current rises with its load falls behind the speed that it is told, as
+``speed_curve``, v → v (1 - c |v|). A motor whose current rises with its load falls behind its commanded speed, as
 one does that an open loop drives; so does a driver's map from command to duty that was taken at one speed.
 """
 

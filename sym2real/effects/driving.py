@@ -33,7 +33,7 @@ from sym2real.effects.body import GRAVITY, Body
 from sym2real.effects.kind import POSITIVE, Kind, Numbers, Parameter, Values, of_any_body
 from sym2real.effects.searching import Searching, Shown
 from sym2real.effects.terms import multiplied, raised
-from sym2real.effects.wrench import FORWARD, forward_speed, push, push_ahead, push_turning
+from sym2real.effects.wrench import FORWARD, apply_force_ahead, apply_wrench, apply_yaw_torque, forward_speed
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.dry_friction import USUAL_DECELERATION
 from sym2real.vocabulary import DRILLING, TURNING_INERTIA, rate_per_speed, wheel_lever
@@ -48,8 +48,8 @@ def _rolling_resistance_brake(data: Any, body: Body, values: Numbers) -> None:
 
 def _no_loop(body: Body) -> str:
     """What such a deceleration does depends on the speed loop."""
-    said = "the model is at its speed at once, so that an offset of it stands for this: --time-constant tells its loop"
-    return said if body.at_its_speed else ""
+    note = "the model is at its speed at once, so that an offset of it stands for this: --time-constant tells its loop"
+    return note if body.at_its_speed else ""
 
 
 ROLLING_RESISTANCE = _of_wheels(
@@ -61,9 +61,9 @@ ROLLING_RESISTANCE = _of_wheels(
     confused_with="an offset of the speed command, always; a speed gain at one speed",
     shown_by="four speeds, forwards and backwards",
     fix="free the drive train, or raise the speed loop's integral part",
-    inject=truth.pushing(_rolling_resistance_brake),
+    inject=truth.with_force(_rolling_resistance_brake),
     of_joints="joint_friction",
-    substitute=lambda equations, values, body: push_ahead(
+    substitute=lambda equations, values, body: apply_force_ahead(
         equations, body, -values["value"] * body.mass * sign(forward_speed(body))
     ),
     needs=FORWARD,
@@ -90,7 +90,7 @@ TURNING_FRICTION = _of_wheels(
     confused_with="a gain of both wheels while the robot turns one way at one rate",
     shown_by="turns both ways, fast and slow",
     fix="put the torque into the model; narrower or rounder wheels drill less",
-    inject=truth.pushing(_turning_friction_brake),
+    inject=truth.with_force(_turning_friction_brake),
     substitute=lambda equations, values, _body: raised(equations, DRILLING, values["value"]),
     needs=(DRILLING,),
     numbers=(TURNING_INERTIA,),
@@ -185,7 +185,7 @@ SLOPE = _of_wheels(
     fix="level the floor, or keep the term in the model",
     inject=truth.editing(_tilt),
     of_joints="gravity_tilt",
-    substitute=lambda equations, values, body: push(
+    substitute=lambda equations, values, body: apply_wrench(
         equations, body, force=(body.mass * values["gx"], body.mass * values["gy"])
     ),
     needs=("vx", "vy"),
@@ -228,7 +228,7 @@ def _inertia(body: Body) -> float:
 
 
 def _yaw_drag_substitute(equations: Equations, values: Values, body: Body) -> Equations:
-    return push_turning(equations, body, -values["value"] * _inertia(body) * symbol("wz"))
+    return apply_yaw_torque(equations, body, -values["value"] * _inertia(body) * symbol("wz"))
 
 
 def _yaw_drag_brake(data: Any, body: Body, values: Numbers) -> None:
@@ -244,7 +244,7 @@ YAW_DRAG = _of_wheels(
     confused_with="lateral slip while the tyres hold; a steering gain or offset on one circle",
     shown_by="turns both ways at several speeds, beside straight driving",
     fix="free the differential or the steering's geometry, or keep the term in the model",
-    inject=truth.pushing(_yaw_drag_brake),
+    inject=truth.with_force(_yaw_drag_brake),
     substitute=_yaw_drag_substitute,
     needs=("steer", "wz", *FORWARD),
     numbers=("mass", "wheelbase", "jz", "centre"),

@@ -23,12 +23,12 @@ Step = Callable[[Tensor, Tensor, Tensor | None], Tensor]
 
 def command_filters(equations: Equations) -> list[tuple[Effect, Mapping[str, Expr]]]:
     """Filters that commands go through, in this order."""
-    return [found for found in _filters(equations) if found[0].of.columns == "action"]
+    return [pair for pair in _filters(equations) if pair[0].of.columns == "action"]
 
 
 def measurement_filters(equations: Equations) -> list[tuple[Effect, Mapping[str, Expr]]]:
     """Filters that measurements go through, in this order; a controller cannot undo them."""
-    return [found for found in _filters(equations) if found[0].of.columns == "state"]
+    return [pair for pair in _filters(equations) if pair[0].of.columns == "state"]
 
 
 def _filters(equations: Equations) -> list[tuple[Effect, Mapping[str, Expr]]]:

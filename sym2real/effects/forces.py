@@ -22,7 +22,7 @@ from sym2real.effects.inputs import ANGLE
 from sym2real.effects.kind import Kind, Numbers, Parameter, Values
 from sym2real.effects.searching import Searching, Shown
 from sym2real.effects.terms import with_time
-from sym2real.effects.wrench import push
+from sym2real.effects.wrench import apply_wrench
 from sym2real.symbolic import Equations, symbol
 from sym2real.vocabulary import SPEED_COLUMN
 
@@ -43,12 +43,12 @@ WIND = Kind(
     confused_with="a tilted mounting of the sensor while yaw stays; a slope under a car",
     shown_by="yaw that turns at 0.5 to 0.8 rad/s",
     fix="shield the room or fly with the force in the model; where it follows the weather, estimate it in flight",
-    inject=truth.pushing(
+    inject=truth.with_force(
         lambda data, body, values: truth.add_force(
             data, np.array([values.get(name, 0.0) for name in ("fx", "fy", "fz")])
         )
     ),
-    substitute=lambda equations, values, body: push(equations, body, force=tuple(values.values())),
+    substitute=lambda equations, values, body: apply_wrench(equations, body, force=tuple(values.values())),
     needs=("vx", "vy"),
     numbers=("mass",),
     # A vertical force is thrust's: mass, its map, its offset.
@@ -65,9 +65,9 @@ def _linear_drag_parameters(body: Body) -> tuple[Parameter, ...]:
 def _linear_drag_substitute(equations: Equations, values: Values, body: Body) -> Equations:
     coefficients = list(values.values())
     if all(value == coefficients[0] for value in coefficients):
-        return push(equations, body, force=[-coefficients[0] * speed for speed in velocity(body)])
+        return apply_wrench(equations, body, force=[-coefficients[0] * speed for speed in velocity(body)])
     along = [-value * speed for value, speed in zip(coefficients, body_velocity(body), strict=True)]
-    return push(equations, body, force=to_world(body, along))
+    return apply_wrench(equations, body, force=to_world(body, along))
 
 
 def _linear_drag_brake(data: Any, body: Body, values: Numbers) -> None:
@@ -89,7 +89,7 @@ LINEAR_DRAG = Kind(
     confused_with="quadratic drag in hover or at one speed; wind on one straight flight",
     shown_by="several speeds between 0.5 and 1.6 m/s, in both directions",
     fix="put the drag into the model; a smaller frame or guards off lower it",
-    inject=truth.pushing(_linear_drag_brake),
+    inject=truth.with_force(_linear_drag_brake),
     of_joints="joint_damping",
     substitute=_linear_drag_substitute,
     needs=("vx", "vy"),
@@ -105,7 +105,7 @@ def _quadratic_drag_parameters(body: Body) -> tuple[Parameter, ...]:
 
 def _quadratic_drag_substitute(equations: Equations, values: Values, body: Body) -> Equations:
     speed = norm(velocity(body))
-    return push(equations, body, force=[-values["value"] * speed * component for component in velocity(body)])
+    return apply_wrench(equations, body, force=[-values["value"] * speed * component for component in velocity(body)])
 
 
 def _quadratic_drag_brake(data: Any, body: Body, values: Numbers) -> None:
@@ -124,7 +124,7 @@ QUADRATIC_DRAG = Kind(
     confused_with="linear drag in hover or at one speed",
     shown_by="several speeds between 0.5 and 1.6 m/s",
     fix="put the drag into the model; less frontal area lowers it",
-    inject=truth.pushing(_quadratic_drag_brake),
+    inject=truth.with_force(_quadratic_drag_brake),
     substitute=_quadratic_drag_substitute,
     needs=("vx", "vy"),
     numbers=("mass",),
@@ -144,7 +144,7 @@ def _periodic_force_substitute(equations: Equations, values: Values, body: Body)
     equations, time = with_time(equations)
     swing = sin(values["omega"] * time + values["phase"])
     sizes = [values[name] for name in ("fx", "fy", "fz") if name in values]
-    return push(equations, body, force=[size * swing for size in sizes])
+    return apply_wrench(equations, body, force=[size * swing for size in sizes])
 
 
 def _swing(data: Any, body: Body, values: Numbers) -> None:
@@ -161,7 +161,7 @@ PERIODIC_FORCE = Kind(
     confused_with="wind in logs shorter than a period",
     shown_by="logs of at least three periods",
     fix="find what swings at that frequency and stop it, or estimate the force in flight",
-    inject=truth.pushing(_swing),
+    inject=truth.with_force(_swing),
     substitute=_periodic_force_substitute,
     needs=("vx", "vy"),
     numbers=("mass",),

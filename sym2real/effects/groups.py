@@ -19,13 +19,13 @@ class Group:
         while_: the condition under which they cannot be told apart.
         members: keys; ``?`` stands for one letter. The first is the one that is named.
         shown: whether logs show that condition; None where only a fit can say.
-        one_of: where it holds only one of them can be found: the other would fit what neither of them models.
+        exclusive: where it holds only one of them can be found: the other would fit what neither of them models.
     """
 
     while_: str
     members: tuple[str, ...]
     shown: manoeuvres.Condition | None = None
-    one_of: bool = False
+    exclusive: bool = False
 
     def holds(self, logs: Sequence[Trajectory]) -> bool:
         """Whether logs show that its members cannot be told apart."""
@@ -44,11 +44,11 @@ GROUPS = (
     Group(
         "a loop controls the speed, in one direction",
         ("rolling_resistance", "offset:speed", "offset:acceleration"),
-        manoeuvres.one_direction,
+        manoeuvres.single_direction,
     ),
-    Group("yaw stays", ("wind", "mounting_tilt"), manoeuvres.steady_yaw, one_of=True),
+    Group("yaw stays", ("wind", "mounting_tilt"), manoeuvres.steady_yaw, exclusive=True),
     Group("always", ("wind", "slope"), manoeuvres.always),
-    Group("the car drives one circle", ("yaw_bias", "lever_arm"), manoeuvres.one_circle),
+    Group("the car drives one circle", ("yaw_bias", "lever_arm"), manoeuvres.single_circle),
     Group("the rate commands carry no dither", ("motor_lag", "lag:w?_cmd", "lag"), manoeuvres.calm_rates),
     Group("only that command is excited", ("delay", "delay:?*")),
     Group("the tyres hold", ("yaw_drag", "lateral_slip"), manoeuvres.tyres_hold),
@@ -58,24 +58,24 @@ GROUPS = (
 # near one thrust an offset is a gain, and at one thrust so is a curve; a steering gain, a lever arm and a
 # lag of the steering, because at one speed tyres turn the car by one part less, move it by one arm, and are late by one
 # time; and a steering gain, because on one circle every steering map is one.
-ONE_SPEED, ONE_THRUST = "speed stays near one value", "thrust stays near one value"
+SAME_SPEED, SAME_THRUST = "speed stays near one value", "thrust stays near one value"
 NAMED = (
-    Group(ONE_SPEED, ("linear_drag", "quadratic_drag"), manoeuvres.one_speed, one_of=True),
-    Group(ONE_THRUST, ("added_mass", "gain:thrust", "offset:thrust"), manoeuvres.steady_thrust_alone, one_of=True),
-    Group("thrust has one value", ("added_mass", "thrust_curve"), manoeuvres.constant_thrust_alone, one_of=True),
+    Group(SAME_SPEED, ("linear_drag", "quadratic_drag"), manoeuvres.steady_speed, exclusive=True),
+    Group(SAME_THRUST, ("added_mass", "gain:thrust", "offset:thrust"), manoeuvres.steady_thrust_alone, exclusive=True),
+    Group("thrust has one value", ("added_mass", "thrust_curve"), manoeuvres.constant_thrust_alone, exclusive=True),
     # Where motors turn the body as well, their torques tell what scales them from what does not.
-    Group(ONE_THRUST, ("added_mass", "offset:thrust"), manoeuvres.steady_thrust, one_of=True),
-    Group("thrust has one value", ("gain:thrust", "thrust_curve"), manoeuvres.constant_thrust, one_of=True),
-    Group(ONE_SPEED, ("gain:steer", "understeer"), manoeuvres.one_speed, one_of=True),
-    Group(ONE_SPEED, ("lever_arm", "tyre_slip"), manoeuvres.one_speed, one_of=True),
-    Group(ONE_SPEED, ("lag:steer", "relaxation_length"), manoeuvres.one_speed, one_of=True),
-    Group("the car drives one circle", ("gain:steer", "steering_curve"), manoeuvres.one_circle, one_of=True),
-    Group(ONE_SPEED, ("gain:speed", "speed_curve"), manoeuvres.one_speed, one_of=True),
+    Group(SAME_THRUST, ("added_mass", "offset:thrust"), manoeuvres.steady_thrust, exclusive=True),
+    Group("thrust has one value", ("gain:thrust", "thrust_curve"), manoeuvres.constant_thrust, exclusive=True),
+    Group(SAME_SPEED, ("gain:steer", "understeer"), manoeuvres.steady_speed, exclusive=True),
+    Group(SAME_SPEED, ("lever_arm", "tyre_slip"), manoeuvres.steady_speed, exclusive=True),
+    Group(SAME_SPEED, ("lag:steer", "relaxation_length"), manoeuvres.steady_speed, exclusive=True),
+    Group("the car drives one circle", ("gain:steer", "steering_curve"), manoeuvres.single_circle, exclusive=True),
+    Group(SAME_SPEED, ("gain:speed", "speed_curve"), manoeuvres.steady_speed, exclusive=True),
 )
 
 # A curve is no mass, but beside one it fits what neither of them models where the thrust is far from that in hover.
-RIVALS = tuple(
-    Group(ONE_THRUST, (key, "thrust_curve"), manoeuvres.steady_thrust, one_of=True)
+ALTERNATIVES = tuple(
+    Group(SAME_THRUST, (key, "thrust_curve"), manoeuvres.steady_thrust, exclusive=True)
     for key in ("added_mass", "gain:thrust")
 )
 
@@ -91,19 +91,19 @@ def holding(logs: Iterable[Trajectory]) -> tuple[Group, ...]:
     Where physics cannot separate two effects, a fit that does so leans on what neither of them models.
     """
     logs = list(logs)
-    return tuple(group for group in (*GROUPS, *NAMED, *RIVALS) if group.holds(logs))
+    return tuple(group for group in (*GROUPS, *NAMED, *ALTERNATIVES) if group.holds(logs))
 
 
 def others_of(key: str, groups: Iterable[Group]) -> tuple[str, ...]:
     """The other members, or patterns of them, of those of the groups that a key is in."""
-    found = dict.fromkeys(
+    members = dict.fromkeys(
         member for group in groups if any(fnmatch(key, own) for own in group.members) for member in group.members
     )
-    return tuple(member for member in found if member != key)
+    return tuple(member for member in members if member != key)
 
 
 def unnamed(keys: Collection[str], logs: Iterable[Trajectory]) -> dict[str, tuple[str, str]]:
     """Keys that another one, which is among these, stands for in these logs, with that one and the condition."""
     logs = list(logs)
-    found = (group for group in NAMED if group.members[0] in keys and group.holds(logs))
-    return {member: (group.members[0], group.while_) for group in found for member in group.members[1:]}
+    groups = (group for group in NAMED if group.members[0] in keys and group.holds(logs))
+    return {member: (group.members[0], group.while_) for group in groups for member in group.members[1:]}

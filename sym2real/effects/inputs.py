@@ -60,13 +60,13 @@ def _ranges(equations: Equations, logs: Dataset) -> tuple[tuple[str, float], ...
     return tuple((name, span) for name, span in spans.items() if span > 0.0 and name not in equations.numbers)
 
 
-def pushed(log: Trajectory) -> bool:
+def has_force(log: Trajectory) -> bool:
     """Whether the log has a force along a world axis that is not zero throughout."""
     names = {*log.layouts.inputs, *log.extra} & {*FORCE.columns}
     return any(bool(np.any(log.column(name))) for name in names)
 
 
-def with_one_clock(logs: Dataset) -> Dataset:
+def with_common_clock(logs: Dataset) -> Dataset:
     """The logs, those that go on where another one ends with the time from where that recording began, in ``t``.
 
     A dropout, and whoever cuts a log in two, leaves the battery as it is.

@@ -28,7 +28,7 @@ from sym2real.effects.body import Body
 from sym2real.effects.kind import NOT_NEGATIVE, POSITIVE, Domain, Kind, Numbers, Parameter, Values, of_any_body
 from sym2real.effects.searching import Searching
 from sym2real.effects.terms import multiplied, raised
-from sym2real.effects.wrench import ALONE, INERTIA, braked, inertia, push_along, unit_of_push
+from sym2real.effects.wrench import ALONE, INERTIA, apply_joint_force, braked, inertia, units_of_force
 from sym2real.inertias import write_inertia
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.dry_friction import USUAL_DECELERATION, dry_friction
@@ -86,7 +86,7 @@ JOINT_DAMPING = _of_joint(
 )
 
 
-# Shares of what the joint's actuators can push. A model that sticks where the robot slides, or slides where it sticks,
+# Shares of the actuators' largest force. A model that sticks where the robot slides, or slides where it sticks,
 # predicts worse than one without friction: from beyond a third of the truth nothing leads there.
 STARTS = tuple(0.01 * 1.7**step for step in range(6))
 
@@ -95,7 +95,7 @@ def _joint_friction_parameters(body: Body) -> tuple[Parameter, ...]:
     scale = USUAL_DECELERATION * inertia(body)
     # A gear's may be large beside what a light link weighs, and not beside what drives it.
     most = max(30 * scale, body.numbers.get(f"{body.column}_strength", 0.0))
-    return (Parameter("value", unit_of_push(body)[0], null=0.0, low=0.0, high=most, scale=scale),)
+    return (Parameter("value", units_of_force(body)[0], null=0.0, low=0.0, high=most, scale=scale),)
 
 
 def _starts(body: Body, _values: Array) -> tuple[float, ...]:
@@ -145,9 +145,9 @@ def _joint_stiffness_parameters(body: Body) -> tuple[Parameter, ...]:
 
 
 def _joint_stiffness_substitute(equations: Equations, values: Values, body: Body) -> Equations:
-    """A push is held for a period: that of its middle, or what it comes too late by would count as damping -½ dt k."""
+    """A force is held for a period: that of its middle, or what it comes too late by would count as damping -½ dt k."""
     middle = symbol(body.column) + equations.dt / 2 * symbol(rate_column(body.column))
-    return push_along(equations, body, -values["value"] * middle)
+    return apply_joint_force(equations, body, -values["value"] * middle)
 
 
 def _pull(spec: Any, body: Body, values: Numbers) -> None:

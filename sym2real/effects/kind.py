@@ -129,7 +129,7 @@ class Kind:
         lagging: whether its value is the time of a lag, of which a control period hides a part.
         reads: inputs that it goes by where the equations have them.
         scales: name of the robot's number that its only value multiplies; "" for none.
-        weighed: how to tell it from what equals it on every flight, for a sentence; "" where nothing does.
+        distinguished_by: how to tell it from what equals it on every flight, for a sentence; "" where nothing does.
         nuisance: factors on its value between which nobody knows a healthy robot's, so that it is free in every fit.
         of_joints: name of the kind that a robot of joints has in its place; "" for none.
     """
@@ -160,7 +160,7 @@ class Kind:
     lagging: bool = False
     reads: tuple[str, ...] = ()
     scales: str = ""
-    weighed: str = ""
+    distinguished_by: str = ""
     nuisance: tuple[float, float] | None = None
     of_joints: str = ""
 

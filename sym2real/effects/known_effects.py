@@ -48,9 +48,9 @@ def as_simulated(equations: Equations) -> Known:
         ModelError: for what a simulated robot does not have, or not beside another one.
     """
     _require_counterparts(equations)
-    found = [(effect(key, equations), values) for key, values in equations.effects]
-    filters = sorted((change for change in found if change[0].of.memory is not None), key=_place)
-    static = [change for change in found if change[0].of.memory is None]
+    changes = [(effect(key, equations), values) for key, values in equations.effects]
+    filters = sorted((change for change in changes if change[0].of.memory is not None), key=_place)
+    static = [change for change in changes if change[0].of.memory is None]
     moving = [change for change in reversed(static) if change[0].stage != "measurement"]
     measured = [change for change in static if change[0].stage == "measurement"]
     before = [change for change in filters if change[0].stage != "measurement"]

@@ -34,7 +34,7 @@ from sym2real.effects.kind import POSITIVE, Kind, Numbers, Parameter, Values, of
 from sym2real.effects.manoeuvres import EXCITED
 from sym2real.effects.searching import Searching
 from sym2real.effects.terms import acting_torque
-from sym2real.effects.wrench import AXES, FORWARD, forward_speed, push, uses
+from sym2real.effects.wrench import AXES, FORWARD, apply_wrench, forward_speed, uses
 from sym2real.errors import ModelError
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
@@ -123,7 +123,7 @@ LOOPS = RATE.columns
 def _rate_loop_gain_substitute(equations: Equations, values: Values, body: Body) -> Equations:
     loops = rate_loops(body, equations.dt)
     torque = [loop.with_gain(values["value"], 1.0, other_torque(equations, loop.axis)) for loop in loops]
-    return push(equations, body, torque=torque)
+    return apply_wrench(equations, body, torque=torque)
 
 
 def _multiply_stiffness(actuator: Any, by: float) -> None:
@@ -155,7 +155,7 @@ RATE_LOOP_GAIN = Kind(
 )
 
 
-ATTITUDE_TIME, SPEED_TIME = "attitude_time", "speed_time"  # the numbers τ of robots that are told one, s
+ATTITUDE_TIME, SPEED_TIME = "attitude_time", "speed_time"  # the numbers τ of robots that are commanded one, s
 SLOWER = Parameter("value", "1", null=1.0, low=0.1, high=10.0, scale=0.3, domain=POSITIVE)
 
 
@@ -167,14 +167,14 @@ def _further(values: Values, body: Body, name: str) -> Expr:
 
 def _attitude_loop_substitute(equations: Equations, values: Values, body: Body) -> Equations:
     further, start = _further(values, body, ATTITUDE_TIME), [symbol(column) for column in ATTITUDE.columns]
-    told = [symbol(column) for column in ATTITUDE_COMMAND.columns]
-    same_side = sign(sum(a * b for a, b in zip(start, told, strict=True)))
-    moved = [a + further * (same_side * b - a) for a, b in zip(start, told, strict=True)]
+    commanded = [symbol(column) for column in ATTITUDE_COMMAND.columns]
+    same_side = sign(sum(a * b for a, b in zip(start, commanded, strict=True)))
+    moved = [a + further * (same_side * b - a) for a, b in zip(start, commanded, strict=True)]
     return equations.substitute(dict(zip(ATTITUDE_COMMAND.columns, moved, strict=True)))
 
 
 def _inject(body: Body, values: Numbers) -> Change:
-    raise ModelError("attitude_loop: no simulated robot here is told an attitude")
+    raise ModelError("attitude_loop: no simulated robot here is commanded an attitude")
 
 
 ATTITUDE_LOOP = Kind(
@@ -196,8 +196,8 @@ ATTITUDE_LOOP = Kind(
 
 
 def _speed_loop_substitute(equations: Equations, values: Values, body: Body) -> Equations:
-    start, told = forward_speed(body), symbol(SPEED_COLUMN)
-    return equations.substitute({SPEED_COLUMN: start + _further(values, body, SPEED_TIME) * (told - start)})
+    start, commanded = forward_speed(body), symbol(SPEED_COLUMN)
+    return equations.substitute({SPEED_COLUMN: start + _further(values, body, SPEED_TIME) * (commanded - start)})
 
 
 def _slow(spec: Any, body: Body, values: Numbers) -> None:
@@ -235,14 +235,14 @@ def _parameters(body: Body) -> tuple[Parameter, ...]:
 def _rate_damping_substitute(equations: Equations, values: Values, body: Body) -> Equations:
     dampings = [values[name] for name in NAMES]
     if not all(name in body.numbers and f"w{name[1]}_cmd" in body.names for name in NUMBERS):
-        return push(
+        return apply_wrench(
             equations, body, torque=[_held(equations, body, *pair) for pair in zip(AXES, dampings, strict=True)]
         )
     torque = []
     for loop, damping in zip(rate_loops(body, equations.dt), dampings, strict=True):
         factor = 1 + damping / (loop.inertia * loop.gain)
         torque.append(loop.with_gain(factor, 1 / factor, other_torque(equations, loop.axis)))
-    return push(equations, body, torque=torque)
+    return apply_wrench(equations, body, torque=torque)
 
 
 def _held(equations: Equations, body: Body, axis: str, damping: Expr) -> Expr:
@@ -274,7 +274,7 @@ RATE_DAMPING = Kind(
     confused_with="a rate loop gain together with gains of the rate commands: on a closed rate loop it is these two",
     shown_by="rates that are held: flips, fast yaw",
     fix="put the damping into the model, or an integral part into the rate loop",
-    inject=truth.pushing(_brake),
+    inject=truth.with_force(_brake),
     of_joints="joint_damping",
     substitute=_rate_damping_substitute,
     needs=RATE.columns,

@@ -18,14 +18,14 @@ CONSTANT_THRUST = 0.01
 # Standard deviation of rate commands from row to row that counts as dither, rad/s (DIAGNOSIS: 0.15 and more separate).
 DITHER = 0.15
 # Share of commands in one direction, and least speed (m/s) at which a car's circle is looked at.
-ONE_DIRECTION, MOVING = 0.95, 0.2
+SINGLE_DIRECTION, MOVING = 0.95, 0.2
 # Squared cosine between a lever arm's and a yaw bias's sideways velocity from which on they count as one.
-ONE_CIRCLE = 0.5
+SINGLE_CIRCLE = 0.5
 # Interquartile range of the speed, by its median, below which a flight or drive has one speed.
-ONE_SPEED = 0.25
+STEADY_SPEED = 0.25
 # Lateral acceleration (m/s²) that tyres hold (DIAGNOSIS: grip shows from 2.7 on).
 GRIP = 2.7
-# What shows effects that are late, and how a robot with such a field of commands is told to do it.
+# What shows effects that are late, and how a robot with such a field of commands is commanded to do it.
 EXCITED = "dither of the commands (rates: above 0.15 rad/s), or steps of them"
 EXCITED_BY = {
     "rate command": "dither of the rate commands above 0.15 rad/s",
@@ -57,9 +57,9 @@ def no_motor_torques(logs: Sequence[Trajectory]) -> bool:
 
 def steady_yaw(logs: Sequence[Trajectory]) -> bool:
     """Whether a quadrotor looks one way: a force from the ground then looks like a tilted sensor."""
-    if not (found := _joined(logs, ATTITUDE.columns)):
+    if not (columns := _joined(logs, ATTITUDE.columns)):
         return False
-    w, x, y, z = found
+    w, x, y, z = columns
     heading = np.exp(1j * np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
     return bool(abs(heading.mean()) > STEADY_YAW)
 
@@ -78,23 +78,23 @@ def _alone(logs: Sequence[Trajectory], shown: Condition) -> bool:
 
 # Whether the thrust command hardly varies, or not at all; and whether nothing else shows how strong motors are.
 steady_thrust, constant_thrust = (partial(_varies_less, part=part) for part in (STEADY_THRUST, CONSTANT_THRUST))
-steady_thrust_alone, constant_thrust_alone = (partial(_alone, shown=one) for one in (steady_thrust, constant_thrust))
+steady_thrust_alone, constant_thrust_alone = (partial(_alone, shown=rule) for rule in (steady_thrust, constant_thrust))
 
 
-def one_speed(logs: Sequence[Trajectory]) -> bool:
+def steady_speed(logs: Sequence[Trajectory]) -> bool:
     """Whether half of the time is spent close to one speed."""
     names = [name for name in VELOCITY.columns if all(name in log.layouts.state for log in logs)]
     if not names or not logs:
         return False
     low, middle, high = np.quantile(np.linalg.norm(_joined(logs, names), axis=0), (0.25, 0.5, 0.75))
-    return bool(high - low < ONE_SPEED * middle)
+    return bool(high - low < STEADY_SPEED * middle)
 
 
 def tyres_hold(logs: Sequence[Trajectory]) -> bool:
     """Whether a car hardly ever turns hard enough to slide."""
-    if not (found := _joined(logs, ("vx", "vy", "wz", "steer"))):
+    if not (columns := _joined(logs, ("vx", "vy", "wz", "steer"))):
         return False
-    return bool(np.quantile(np.hypot(found[0], found[1]) * abs(found[2]), 0.95) < GRIP)
+    return bool(np.quantile(np.hypot(columns[0], columns[1]) * abs(columns[2]), 0.95) < GRIP)
 
 
 def calm_rates(logs: Sequence[Trajectory]) -> bool:
@@ -107,28 +107,28 @@ def calm_rates(logs: Sequence[Trajectory]) -> bool:
     return bool(np.mean(jumps) < DITHER)
 
 
-def one_direction(logs: Sequence[Trajectory]) -> bool:
+def single_direction(logs: Sequence[Trajectory]) -> bool:
     """Whether a car only ever drives forwards, or only backwards."""
-    if found := _joined([log for log in logs if "speed" in log.layouts.action], ["speed"]):
-        speed = found[0]
-    elif found := _joined(
+    if columns := _joined([log for log in logs if "speed" in log.layouts.action], ["speed"]):
+        speed = columns[0]
+    elif columns := _joined(
         [log for log in logs if "acceleration" in log.layouts.action], ("vx", "vy", "cos_yaw", "sin_yaw")
     ):
-        speed = found[0] * found[2] + found[1] * found[3]
+        speed = columns[0] * columns[2] + columns[1] * columns[3]
     else:
         return False
     forward = float((speed > 0).mean())
-    return max(forward, 1 - forward) > ONE_DIRECTION
+    return max(forward, 1 - forward) > SINGLE_DIRECTION
 
 
-def one_circle(logs: Sequence[Trajectory]) -> bool:
+def single_circle(logs: Sequence[Trajectory]) -> bool:
     """Whether yaw rate and speed go together, as on one circle: a lever arm then looks like a turned heading."""
-    if not (found := _joined(logs, ("sin_yaw", "cos_yaw", "vx", "vy", "wz"))):
+    if not (columns := _joined(logs, ("sin_yaw", "cos_yaw", "vx", "vy", "wz"))):
         return False
-    sine, cosine, vx, vy, rate = found
+    sine, cosine, vx, vy, rate = columns
     speed = vx * cosine + vy * sine
     speed, rate = speed[moving := abs(speed) > MOVING], rate[moving]
-    return bool((speed @ rate) ** 2 > ONE_CIRCLE * (speed @ speed) * (rate @ rate))
+    return bool((speed @ rate) ** 2 > SINGLE_CIRCLE * (speed @ speed) * (rate @ rate))
 
 
 def _thrust(log: Trajectory) -> Array:

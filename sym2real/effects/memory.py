@@ -153,11 +153,11 @@ def _passed(rule: Callable[..., None], memory: Tensor, *rows: Tensor) -> Tensor:
     """
     shape = np.broadcast_shapes(memory.shape, *(part[..., 0, :].shape for part in rows))
     given = [part.movedim(-2, 0).cpu().numpy() for part in rows]
-    found = np.empty((len(given[0]) + 1, *shape), given[0].dtype)
-    found[0] = memory.cpu().numpy()
+    history = np.empty((len(given[0]) + 1, *shape), given[0].dtype)
+    history[0] = memory.cpu().numpy()
     for number, row in enumerate(zip(*given, strict=True)):
-        rule(found[number], *row, found[number + 1])
-    return torch.from_numpy(found).to(memory.device).movedim(0, -2)
+        rule(history[number], *row, history[number + 1])
+    return torch.from_numpy(history).to(memory.device).movedim(0, -2)
 
 
 def rate_limited() -> Memory:

@@ -36,7 +36,7 @@ from sym2real.effects.manoeuvres import EXCITED
 from sym2real.effects.searching import Searching, Shown, steps
 from sym2real.effects.simulated_rotors import require_rotors, stands
 from sym2real.effects.terms import LAGGED, defined, lagging, with_hidden
-from sym2real.effects.wrench import AXES, push
+from sym2real.effects.wrench import AXES, apply_wrench
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
 from sym2real.vocabulary import MOTOR_COLUMNS, MOTOR_TORQUES, RATE, RATE_COMMAND
@@ -59,10 +59,10 @@ TORQUE_BIAS = Kind(
     confused_with="an offset of the rate commands, always; a centre of mass that is off where thrust hardly varies",
     shown_by="thrust that varies, against a centre of mass",
     fix="replace the weak motor or the bent propeller, or trim the mixer",
-    inject=truth.pushing(
+    inject=truth.with_force(
         lambda data, body, values: truth.add_torque(data, np.array([values[name] for name in BIASES]))
     ),
-    substitute=lambda equations, values, body: push(equations, body, torque=[values[name] for name in BIASES]),
+    substitute=lambda equations, values, body: apply_wrench(equations, body, torque=[values[name] for name in BIASES]),
     needs=RATE.columns,
     robot="quadrotor",
     by_torque=lambda _: True,
@@ -145,7 +145,7 @@ def _lagging_loop(equations: Equations, body: Body, loop: RateLoop, time: Expr) 
     equations = defined(equations, dict(zip((middle.name, difference.name), exponentials, strict=True)))
     equations = with_hidden(equations, memory.name, "rad/s²", Integer(0), start=Integer(0))
     components = [change if axis == loop.axis else Integer(0) for axis in AXES]
-    equations = push(equations, body, torque=components)
+    equations = apply_wrench(equations, body, torque=components)
     return replace(equations, next={**equations.next, memory.name: turning})
 
 

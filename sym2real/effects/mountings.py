@@ -8,7 +8,7 @@ The board's axes are the body's turned by roll φ about x, then by pitch θ abou
     q_measured = q ⊗ δ        ω_measured = δ⁻¹ ω        ω_cmd = δ ω_cmd, sent
 
 ``yaw_bias``. Measured yaw is off by a constant: ψ_measured = ψ + b. Of an attitude q_measured = R_z(b) ⊗ q, so that
-what pushes the robot seems to push it elsewhere.
+a force on the robot seems to act elsewhere.
 
 ``mounting_yaw``. The measured attitude's axes are turned about the body's z against those of gyro and commands:
 q_measured = q ⊗ R_z(b), as of markers that were not put on straight.
@@ -29,7 +29,7 @@ from sym2real.effects import truth
 from sym2real.effects.body import Body
 from sym2real.effects.frames import HEADING, QUATERNION
 from sym2real.effects.kind import Inject, Kind, Numbers, Parameter, Values, of_any_body
-from sym2real.effects.manoeuvres import one_circle
+from sym2real.effects.manoeuvres import single_circle
 from sym2real.effects.searching import Searching, Shown
 from sym2real.effects.terms import reported, reporting
 from sym2real.protocols import Change
@@ -110,7 +110,7 @@ def _inject(body: Body, values: Numbers) -> Change:
         result[rates] = board.inv().apply(state[rates])
         return result
 
-    looped = COMMANDS[0] in body.layouts.action  # motors of their own are not told in the board's axes
+    looped = COMMANDS[0] in body.layouts.action  # motors of their own are not commanded in the board's axes
     return Change("", command=(lambda: command) if looped else None, measure=lambda: report)
 
 
@@ -240,7 +240,7 @@ def _lever_arm_report(state: Array, body: Body, values: Numbers) -> Array:
 
 def _fixed(_body: Body, _values: Array, logs: Iterable[Trajectory]) -> tuple[str, ...]:
     """On one circle an arm aside is the speed's: its gain, its limit."""
-    return ("ry",) if one_circle([*logs]) else ()
+    return ("ry",) if single_circle([*logs]) else ()
 
 
 LEVER_ARM = Kind(

@@ -50,7 +50,7 @@ PARAMETER = Kind(
     parameters=of_any_body(Parameter("factor", "1", null=1.0, low=LEAST, high=MOST, scale=0.1)),
     formula=r"p \to k\,p",
     summary="A parameter of the equations is so many times what was given.",
-    confused_with="every other parameter and effect that enters the equations beside it: a mass and all that pushes",
+    confused_with="every other parameter and effect that enters the equations beside it: a mass and every force",
     shown_by="motion in which each of the equations' terms is large for a while, and the others are not",
     fix="measure it; if it is as given, look for what else scales its terms",
     inject=_inject,

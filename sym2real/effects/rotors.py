@@ -1,6 +1,6 @@
-"""The rotors of a rotorcraft: how much each pushes, told itself or behind a thrust and three torques.
+"""The rotors of a rotorcraft: the thrust of each, commanded itself or behind a thrust and three torques.
 
-Motors that are told may be any number, at any places. Those behind a thrust and torques are four in X configuration,
+Commanded motors may be any number, at any places. Those behind a thrust and torques are four in X configuration,
 motor1 to motor4 front right, back right, back left, front left; seen from above motor1 and motor3 turn so that their
 reaction torque is negative (Crazyflie firmware, ``power_distribution_quadrotor.c``).
 """

@@ -1,4 +1,4 @@
-"""What a search must know of an effect beside its form: whether it is tried, from where, and with what of it free."""
+"""What a search knows of an effect beside its form: whether it is a candidate, from where, and with what of it free."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
@@ -48,7 +48,7 @@ class Searching:
 
     Args:
         why_not: why a search leaves it out on such a robot and column, "" where it does not.
-        stood_for_by: key of the effect that it equals on every flight, so that only that one is tried; "" for none.
+        stood_for_by: key of the effect that it equals on every flight, so that only that is a candidate; "" for none.
         starts: further starting values of its first parameter, from the values of its column in the logs ``# (rows,)``
             (empty for an effect of no column).
         from_null: whether the null value is a start: false where nothing changes there.

@@ -10,7 +10,7 @@ from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations, compile_function, rollout, symbol
 
 STEP = 1e-6  # of the tangent, for derivatives in double precision
-# Of the tangent: where a report agrees with what was measured. Steps with one slope, and slopes that are tried.
+# Of the tangent: where a report agrees with what was measured. Steps with one slope, and candidates of the slope.
 AGREES, STEPS, SLOPES = 1e-11, 4, 3
 
 

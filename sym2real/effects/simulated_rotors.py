@@ -51,7 +51,7 @@ def reactions(model: Any, body: Body) -> Array:
     return body.number("torque_per_thrust") * np.array([-1.0, 1.0, -1.0, 1.0])
 
 
-def pushes(model: Any, data: Any, body: Body) -> Array:
+def thrusts(model: Any, data: Any, body: Body) -> Array:
     """What every rotor gives now, N ``# (n,)``: what its actuator does, or what all actuators together ask of it."""
     if rotors := _rotors(model):
         own: Array = data.actuator_force[rotors] * model.actuator_gear[rotors, 2]

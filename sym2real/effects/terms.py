@@ -13,12 +13,12 @@ from sym2real.symbolic.expressions import canonical
 from sym2real.vocabulary import MOTOR_TORQUES
 
 LAGGED = "rotor_thrust"
-# Before the name of an action or a push, of the quantity that stands in its place in equations with many effects.
+# Before the name of an action or a force, of the quantity that stands in its place in equations with many effects.
 ACTING = "acting_"
 
 
 def acting(equations: Equations, name: str) -> Symbol:
-    """The symbol of an action or a push, or of the quantity that stands in its place."""
+    """The symbol of an action or a force, or of the quantity that stands in its place."""
     return symbol(ACTING + name if ACTING + name in equations.quantities else name)
 
 
@@ -49,7 +49,7 @@ def hover_thrust(body: Body) -> float:
 def scaled(equations: Equations, factor: Expr) -> Equations:
     """The equations with thrust times a factor.
 
-    Where the thrust is that of motors, their torques scale alike: it is the rotors that push more or less.
+    Where the thrust is that of motors, their torques scale alike: it is the rotors that give more or less.
     """
     names = ["thrust"]
     if "thrust" in equations.quantities:

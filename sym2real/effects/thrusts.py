@@ -1,4 +1,4 @@
-"""Rotorcraft that are heavier, lean on their thrust, or push otherwise than they are told.
+"""Rotorcraft that are heavier, lean on their thrust, or give another thrust than was commanded.
 
 ``added_mass``. More mass than the nominal robot's: thrust and forces times m₀/(m₀ + Δm). Gravity is an acceleration and
 stays.
@@ -37,7 +37,7 @@ from sym2real.effects.rotors import alone, driven_by_motors, levers, motor_sums,
 from sym2real.effects.searching import Searching, Shown
 from sym2real.effects.terms import acting_thrust, defined, hover_thrust, scaled, with_time
 from sym2real.effects.voltage import VOLTAGE
-from sym2real.effects.wrench import push
+from sym2real.effects.wrench import apply_wrench
 from sym2real.errors import ModelError
 from sym2real.layout import motors_of
 from sym2real.protocols import Change
@@ -56,8 +56,8 @@ def _added_mass_parameters(body: Body) -> tuple[Parameter, ...]:
 def _added_mass_substitute(equations: Equations, values: Values, body: Body) -> Equations:
     before = body.mass + _carried(equations)
     factor = before / (before + values["value"])
-    pushes = [name for name in ("fx", "fy", "fz") if name in equations.layouts.inputs]
-    names = [acting_thrust(equations).name, *pushes]
+    forces = [name for name in ("fx", "fy", "fz") if name in equations.layouts.inputs]
+    names = [acting_thrust(equations).name, *forces]
     return equations.substitute({name: symbol(name) * factor for name in names})
 
 
@@ -81,7 +81,7 @@ ADDED_MASS = _of_rotorcraft(
     substitute=_added_mass_substitute,
     needs=("thrust",),
     numbers=("mass",),
-    weighed="scales do: weigh the robot",
+    distinguished_by="scales do: weigh the robot",
 )
 
 
@@ -197,7 +197,7 @@ BATTERY_SAG = _of_rotorcraft(
     confused_with="a thrust gain in short logs",
     shown_by="logs of at least 8 s, better with the battery's voltage in them (V₀ is that of their first 2 s)",
     fix="switch the firmware's battery compensation on, log the voltage, or charge more often",
-    inject=truth.pushing(lambda data, body, values: truth.scale_thrust(data, 1.0 - values["value"] * data.time)),
+    inject=truth.with_force(lambda data, body, values: truth.scale_thrust(data, 1.0 - values["value"] * data.time)),
     substitute=_battery_sag_substitute,
     needs=("thrust",),
     reads=(VOLTAGE,),
@@ -217,7 +217,7 @@ def _com_offset_parameters(body: Body) -> tuple[Parameter, ...]:
 
 def _com_offset_substitute(equations: Equations, values: Values, body: Body) -> Equations:
     thrust = acting_thrust(equations)
-    return push(equations, body, torque=(-values["ry"] * thrust, values["rx"] * thrust))
+    return apply_wrench(equations, body, torque=(-values["ry"] * thrust, values["rx"] * thrust))
 
 
 COM_OFFSET = _of_rotorcraft(
@@ -272,16 +272,16 @@ def _rotor_loss_substitute(equations: Equations, values: Values, body: Body) -> 
     lost, thrust = loss * shares(equations, body)[rotor], acting_thrust(equations)
     # Thrust first: what the torque is made of is the thrust that was meant.
     equations = equations.substitute({thrust.name: thrust - lost})
-    return push(equations, body, torque=[-lever * lost for lever in levers(body, rotor)])
+    return apply_wrench(equations, body, torque=[-lever * lost for lever in levers(body, rotor)])
 
 
 def _inject(body: Body, values: Numbers) -> Change:
-    """A push at the rotor against what it gives, from what all actuators give now."""
+    """A force at the rotor against what it gives, from what all actuators give now."""
     rotor = _number(values["rotor"], body)
 
     def lose(model: Any, data: Any) -> None:
-        place, reaction = (found(model, body)[rotor] for found in (simulated_rotors.places, simulated_rotors.reactions))
-        lost = values["value"] * simulated_rotors.pushes(model, data, body)[rotor]
+        place, reaction = (query(model, body)[rotor] for query in (simulated_rotors.places, simulated_rotors.reactions))
+        lost = values["value"] * simulated_rotors.thrusts(model, data, body)[rotor]
         truth.add_thrust(data, -lost, place)
         truth.add_torque(data, np.array([0.0, 0.0, -lost * reaction]))
 
@@ -331,7 +331,7 @@ GROUND_EFFECT = _of_rotorcraft(
     confused_with="less mass or more thrust at one height; trim of the thrust that differs from flight to flight",
     shown_by="at least three low flights whose height moves between h and 4 h",
     fix="fly higher than three rotor diameters, or keep the term in the model",
-    inject=truth.pushing(_lift),
+    inject=truth.with_force(_lift),
     substitute=_ground_effect_substitute,
     needs=("thrust", "z"),
     searching=Searching(shown_in=lambda _: (Shown.LOW,)),

@@ -1,4 +1,4 @@
-"""Means of injection: what a simulated robot's own quantities are, and pushes at its points.
+"""Means of injection: what a simulated robot's own quantities are, and forces at its points.
 
 The robot is the free body of the description, the first that moves. Its actuators are rotors of their own, or the first
 is a quadrotor's thrust along body z, and the next three its rate loop. ``MjSpec`` bodies, actuators and geoms are
@@ -64,7 +64,7 @@ def thrust(data: Any) -> float:
 
 
 def scale_thrust(data: Any, factor: float) -> None:
-    """So many times what the rotors give: their torques scale alike where they are told themselves, without a loop."""
+    """So many times what the rotors give: their torques scale alike where they are commanded without a loop."""
     add_thrust(data, (factor - 1.0) * thrust(data))
     if any(data.actuator(index).name in MOTOR_COLUMNS for index in range(len(data.actuator_force))):
         add_torque(data, (factor - 1.0) * np.array(data.qfrc_actuator[3:6]))
@@ -94,9 +94,9 @@ def editing(edit: Callable[[Any, Body, Numbers], None]) -> Inject:
     return lambda body, values: Change("", edit=lambda spec: edit(spec, body, values))
 
 
-def pushing(push: Callable[[Any, Body, Numbers], None]) -> Inject:
-    """A truth that pushes the body before every physics step, by the ``MjData``."""
-    return lambda body, values: Change("", force=lambda _, data: push(data, body, values))
+def with_force(force: Callable[[Any, Body, Numbers], None]) -> Inject:
+    """A truth that applies a force or torque before every physics step, by the ``MjData``."""
+    return lambda body, values: Change("", force=lambda _, data: force(data, body, values))
 
 
 def measuring(report: Callable[[Array, Body, Numbers], Array]) -> Inject:
@@ -172,7 +172,7 @@ def commanding(change: Callable[[float, Body, Numbers], float], column: str = ""
 
     def inject(body: Body, values: Numbers) -> Change:
         if (column or body.column) in body.quantities:
-            return pushing(scale)(body, values)
+            return with_force(scale)(body, values)
         place = body.layouts.action.index(column or body.column)
 
         def apply(action: Array) -> Array:

@@ -1,4 +1,4 @@
-r"""Tyres of a car: they slide, slip, or push late.
+r"""Tyres of a car: they slide, slip, or give their side force late.
 
 ``roll_steer``. A simulated car whose axles steer outwards as the chassis leans in turns (Gillespie, ch. 6).
 
@@ -19,7 +19,7 @@ k: the drive's N s/m a wheel, w: the track. Front tyres that slide sideways with
 A tyre that slides has one force, against its slip (Coulomb): of μ m g the drive gets the share that its demand
 4 k (u_cmd - u) has beside the turn's, m u² tan(δ)/L. The plain robot has μ = 1.
 
-``tyre_slip``. Tyres that must slip to push sideways: both axles move at an angle D·a_y outwards of where their wheels
+``tyre_slip``. Tyres that must slip for a side force: both axles move at an angle D·a_y outwards of where their wheels
 point.
 
 A tyre's side force is its slip angle times its cornering stiffness, so in a turn the rear axle moves outwards of the
@@ -28,7 +28,7 @@ a_y = u ω_z. The front axle does alike; what it does beyond that is ``understee
 of the base, which is asked with the slip taken off the velocity; the slip is added to velocity and place behind it.
 Tyres take up their slip within centimetres: it is the steady one of the step's end.
 
-``relaxation_length``. Tyres that must roll to push: the side force, and with it the turn, follows the steering over a
+``relaxation_length``. Tyres that must roll for it: the side force, and with it the turn, follows the steering over a
 distance σ.
 
 A tyre's side force is at its steady value once the tyre has rolled a few relaxation lengths (Pacejka, Tyre and Vehicle
@@ -65,7 +65,7 @@ from sym2real.effects.frames import body_velocity, dot
 from sym2real.effects.kind import NOT_NEGATIVE, Kind, Numbers, Parameter, Values, of_any_body
 from sym2real.effects.searching import Searching, Shown
 from sym2real.effects.terms import defined, with_hidden
-from sym2real.effects.wrench import FORWARD, forward_speed, push_turning
+from sym2real.effects.wrench import FORWARD, apply_yaw_torque, forward_speed
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
 
@@ -296,7 +296,7 @@ UNDERSTEER = _of_car(
 def _lateral_slip_substitute(equations: Equations, values: Values, body: Body) -> Equations:
     centre = body.number("centre")
     sideways = body_velocity(body)[1] + centre * symbol("wz")
-    return push_turning(equations, body, -values["value"] * body.mass * centre * sideways)
+    return apply_yaw_torque(equations, body, -values["value"] * body.mass * centre * sideways)
 
 
 def _brake(data: Any, body: Body, values: Numbers) -> None:
@@ -314,7 +314,7 @@ LATERAL_SLIP = _of_car(
     confused_with="yaw drag while the tyres hold",
     shown_by="turns both ways at several speeds, beside straight driving",
     fix="find what drags (cables, a loose wheel), or keep the term in the model",
-    inject=truth.pushing(_brake),
+    inject=truth.with_force(_brake),
     substitute=_lateral_slip_substitute,
     needs=("steer", "wz", *FORWARD),
     numbers=("mass", "wheelbase", "centre"),

@@ -40,9 +40,9 @@ def settled(log: Trajectory) -> Array:
 
 def voltage_at_start(logs: Iterable[Trajectory]) -> float | None:
     """Voltage in the first two seconds, median over logs, V; None where a log does not hold it."""
-    found = []
+    voltages = []
     for log in logs:
         if VOLTAGE not in log.layouts.inputs and VOLTAGE not in log.extra:
             return None
-        found.append(float(log.column(VOLTAGE)[log.time <= log.time[0] + CALIBRATION_SECONDS].mean()))
-    return float(np.median(found)) if found else None
+        voltages.append(float(log.column(VOLTAGE)[log.time <= log.time[0] + CALIBRATION_SECONDS].mean()))
+    return float(np.median(voltages)) if voltages else None

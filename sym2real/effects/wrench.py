@@ -1,7 +1,7 @@
 """Forces and torques into equations, along joints too: through their inputs, or approximately where they have none.
 
 What acts across the motion of a car whose tyres hold works on the turn, not the tyres. The car has one degree of
-freedom, along its heading; the heading turns by tan(δ)/L per metre, so by virtual work a yaw torque τ_z pushes along
+freedom, along its heading; the heading turns by tan(δ)/L per metre, so by virtual work a yaw torque τ_z acts along
 the heading with τ_z tan(δ)/L, and a force F across it at a distance c ahead of the rear axle with c F tan(δ)/L.
 """
 
@@ -22,7 +22,9 @@ from sym2real.vocabulary import FORCE, STEER_COLUMN, push_column, rate_column
 AXES = ("x", "y", "z")
 
 
-def push(equations: Equations, body: Body, force: Sequence[Expr] = (), torque: Sequence[Expr] = ()) -> Equations:
+def apply_wrench(
+    equations: Equations, body: Body, force: Sequence[Expr] = (), torque: Sequence[Expr] = ()
+) -> Equations:
     """The equations with a force in N along world axes and a torque in N m about body axes.
 
     A wrench input that the equations use takes it exactly. Else velocity and position take ``dt F/m`` and
@@ -51,7 +53,7 @@ def push(equations: Equations, body: Body, force: Sequence[Expr] = (), torque: S
 
 
 def with_force_inputs(equations: Equations) -> Equations:
-    """The equations with inputs ``fx fy fz`` of a force in N, zero where nobody pushes, as :func:`push` adds one.
+    """The equations with inputs ``fx fy fz`` of a force in N, zero where none acts, as :func:`apply_wrench` adds one.
 
     As they are where they have one, where their mass is unknown, or where a force has no place.
     """
@@ -61,7 +63,7 @@ def with_force_inputs(equations: Equations) -> Equations:
         return equations
     missing = Layout.of(name for name in names if name not in equations.layouts.inputs)
     layouts = replace(equations.layouts, inputs=equations.layouts.inputs + missing)
-    return push(replace(equations, layouts=layouts), body, force=[symbol(name) for name in names])
+    return apply_wrench(replace(equations, layouts=layouts), body, force=[symbol(name) for name in names])
 
 
 def uses(equations: Equations, name: str) -> bool:
@@ -135,7 +137,7 @@ def inertia(body: Body) -> float:
     return body.numbers.get(INERTIA.format(column=body.column), 1.0)
 
 
-def unit_of_push(body: Body) -> tuple[str, str]:
+def units_of_force(body: Body) -> tuple[str, str]:
     """Unit of a force along the bound joint, and of its rate."""
     return ("N m", "rad/s") if body.unit == "rad" else ("N", "m/s")
 
@@ -144,14 +146,14 @@ def braked(equations: Equations, body: Body, quantity: str, value: Expr, force: 
     """The equations with more of what brakes the bound joint, or with its force along the joint where they lack it."""
     if quantity in equations.quantities:
         return raised(equations, quantity, value)
-    return push_along(equations, body, force)
+    return apply_joint_force(equations, body, force)
 
 
-def push_along(equations: Equations, body: Body, force: Expr) -> Equations:
+def apply_joint_force(equations: Equations, body: Body, force: Expr) -> Equations:
     """The equations with a force in N, or a torque in N m, along the bound joint.
 
     An input that the equations use takes it exactly. Else rate and coordinate take ``dt F/I`` and ``½ dt² F/I``, which
-    the notes call approximate: what is coupled to the joint is not pushed.
+    the notes call approximate: what is coupled to the joint is not moved.
     """
     joint, name = body.column, push_column(body.column)
     if name in equations.layouts.inputs and uses(equations, name):
@@ -171,11 +173,11 @@ def forward_speed(body: Body) -> Expr:
     return body_velocity(body)[0]
 
 
-def push_ahead(equations: Equations, body: Body, force: Expr) -> Equations:
+def apply_force_ahead(equations: Equations, body: Body, force: Expr) -> Equations:
     """A force along the heading, N."""
-    return push(equations, body, force=[force * component for component in axes(body)[0]])
+    return apply_wrench(equations, body, force=[force * component for component in axes(body)[0]])
 
 
-def push_turning(equations: Equations, body: Body, torque: Expr) -> Equations:
+def apply_yaw_torque(equations: Equations, body: Body, torque: Expr) -> Equations:
     """A yaw torque in N m by the work it does."""
-    return push_ahead(equations, body, torque * tan(symbol("steer")) / body.number("wheelbase"))
+    return apply_force_ahead(equations, body, torque * tan(symbol("steer")) / body.number("wheelbase"))

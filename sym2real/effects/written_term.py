@@ -42,13 +42,13 @@ def nameable(equations: Equations) -> dict[str, Expr]:
     """What a term may depend on, by the names that people use, as expressions over the equations' columns."""
     layouts, body = equations.layouts, Body.of(equations)
     names = {*layouts.state, *layouts.action, *layouts.inputs}
-    found: dict[str, Expr] = {name: symbol(name) for name in sorted(names)}
-    found |= {"time": symbol(TIME)} | ({"height": symbol(HEIGHT)} if HEIGHT in names else {})
+    terms: dict[str, Expr] = {name: symbol(name) for name in sorted(names)}
+    terms |= {"time": symbol(TIME)} | ({"height": symbol(HEIGHT)} if HEIGHT in names else {})
     along = [name for name in VELOCITY.columns if name in names]
     if along:
-        found |= {f"velocity {axis}": symbol(name) for axis, name in zip("xyz", along, strict=False)}
+        terms |= {f"velocity {axis}": symbol(name) for axis, name in zip("xyz", along, strict=False)}
         if layouts.state.has_field("attitude"):
-            found |= {f"body velocity {axis}": value for axis, value in zip("xyz", body_velocity(body), strict=True)}
+            terms |= {f"body velocity {axis}": value for axis, value in zip("xyz", body_velocity(body), strict=True)}
         elif layouts.state.has_field("heading"):
-            found["forward speed"] = body_velocity(body)[0]
-    return found
+            terms["forward speed"] = body_velocity(body)[0]
+    return terms

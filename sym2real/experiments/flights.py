@@ -15,7 +15,7 @@ from torch import Tensor
 from sym2real.control import Disturbed, GeometricQuadrotor, PurePursuit
 from sym2real.dataset import Dataset
 from sym2real.experiments.excitation import ColouredNoise, GoalAfterGoal, RandomDriving, RandomRates, unlimited
-from sym2real.plants import MujocoPlant, random_push, run_episode
+from sym2real.plants import MujocoPlant, random_wrench, run_episode
 from sym2real.protocols import Change, Controller
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
 from sym2real.rotation import exponential
@@ -59,7 +59,7 @@ def quadrotor_flights(
     *,
     steps: int = 400,
     changes: Sequence[Change] = (),
-    pushed: bool = False,
+    forced: bool = False,
     robot: Robot = CRAZYFLIE,
 ) -> Dataset:
     """Flights of a quadrotor in MuJoCo, one kind after the other; a flight ends early when it hits the ground.
@@ -69,11 +69,11 @@ def quadrotor_flights(
         seed: equal seeds give equal flights.
         steps: rows of a flight.
         changes: differences of the plant.
-        pushed: under random pushes.
+        forced: under a random wrench.
         robot: that is flown.
     """
     kinds = (circle, eight, _hover, _levelled_rates)
-    return runs(robot, MujocoPlant(robot, changes), kinds, count, seed, steps=steps, pushed=pushed)
+    return runs(robot, MujocoPlant(robot, changes), kinds, count, seed, steps=steps, forced=forced)
 
 
 def car_drives(
@@ -82,23 +82,23 @@ def car_drives(
     *,
     steps: int = 400,
     changes: Sequence[Change] = (),
-    pushed: bool = False,
+    forced: bool = False,
     robot: Robot = MUSHR,
 ) -> Dataset:
     """Drives of a car in MuJoCo, one kind after the other; arguments as of :func:`quadrotor_flights`."""
     kinds = (_round, _goals, _random_driving)
-    return runs(robot, MujocoPlant(unlimited(robot), changes), kinds, count, seed, steps=steps, pushed=pushed)
+    return runs(robot, MujocoPlant(unlimited(robot), changes), kinds, count, seed, steps=steps, forced=forced)
 
 
 def runs(
-    robot: Robot, plant: MujocoPlant, kinds: Sequence[Draw], count: int, seed: int, *, steps: int, pushed: bool = False
+    robot: Robot, plant: MujocoPlant, kinds: Sequence[Draw], count: int, seed: int, *, steps: int, forced: bool = False
 ) -> Dataset:
     """Runs of the kinds, one after the other, of a robot within its limits on a plant that may have none."""
     made: list[Trajectory] = []
     for index in range(count):
         draw, rng = kinds[index % len(kinds)], np.random.default_rng([seed, index])
         controller, start = draw(robot, rng)
-        wrench = random_push(plant.robot, steps, rng) if pushed else None
+        wrench = random_wrench(plant.robot, steps, rng) if forced else None
         name = f"{draw.__name__.strip('_')}_{index}"
         made.append(run_episode(plant, controller, start=start, steps=steps, wrench=wrench, name=name))
     return Dataset(made)

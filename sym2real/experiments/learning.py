@@ -32,7 +32,7 @@ from sym2real.symbolic.storage import TRAINING, training_of
 from sym2real.tasks import Task, make_task
 from sym2real.vocabulary import ATTITUDE
 
-DRIVES_SEED, PUSHED_DRIVES = 1, 3
+DRIVES_SEED, WRENCH_DRIVES = 1, 3
 # Of measured logs, tuned on noisy runs: .07 leaves the thrust out of a hover's equations, .03 takes noise for terms.
 PARSIMONY = 0.05
 # What a model notes that has the robot's own faults in it already, so that no plain simulator can calibrate it.
@@ -119,10 +119,10 @@ def from_description(robot: Robot) -> Learned:
 def learn_from_drives(robot: Robot, count: int) -> Learned:
     """A car's equations from so many drives in its plain simulator, steered by pure pursuit and at random.
 
-    Three further drives are pushed and teach the wrench inputs.
+    Three further drives are under a random wrench and teach its inputs.
     """
     drives = car_drives(count, DRIVES_SEED, robot=robot)
-    drives += car_drives(PUSHED_DRIVES, DRIVES_SEED + 1, pushed=True, robot=robot)
+    drives += car_drives(WRENCH_DRIVES, DRIVES_SEED + 1, forced=True, robot=robot)
     fitted = ENGINES["beam"](angles=robot.recipe.angles).fit(drives.transitions())
     return _learned(robot.signed(fitted), drives, robot.recipe.dependencies, ())
 

@@ -49,11 +49,11 @@ def open_model(name: str, on_progress: Callable[[Progress], None] = lambda _: No
 def _require_columns_of_its_robot(base: Base, name: str) -> None:
     if getattr(base, "origin", None) is not None or base.robot not in ROBOTS:
         return
-    found, wanted = state_of(base).columns, ROBOTS[base.robot].layouts.state.columns
-    if found != wanted:
+    columns, wanted = state_of(base).columns, ROBOTS[base.robot].layouts.state.columns
+    if columns != wanted:
         raise ModelError(
             f"{name}: its model names the robot {base.robot}: expected the state {' '.join(wanted)}, "
-            f"found {' '.join(found)}"
+            f"found {' '.join(columns)}"
         )
 
 
@@ -105,9 +105,9 @@ def described_robot(base: Base, name: str) -> Robot:
     """
     robot = robot_of(base)
     if robot is None:
-        found = f"one of {base.robot!r}" if base.robot else "one of numbers or logs alone, which no simulator flies"
+        actual = f"one of {base.robot!r}" if base.robot else "one of numbers or logs alone, which no simulator flies"
         raise ModelError(
-            f"{name}: expected the model of a robot that has a description, found {found}; `sym2real learn "
+            f"{name}: expected the model of a robot that has a description, found {actual}; `sym2real learn "
             f"{next(iter(ROBOTS))} --out FOLDER` makes a model that `run` flies, `sym2real nominal mjcf` your own"
         )
     return robot

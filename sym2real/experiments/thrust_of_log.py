@@ -24,7 +24,7 @@ LARGEST_COMMAND = 1.5
 
 @dataclass(frozen=True)
 class ThrustOfLog:
-    """What motors of a log push.
+    """The thrust of a log's motors.
 
     Args:
         per_mass: acceleration per unit of command in m/s², or per squared speed in m/rad².
@@ -53,7 +53,7 @@ def thrust_of_log(
     Raises:
         DataError: when the log cannot be read, has no motors or attitude, or its motors are not in that unit or in
             none that the numbers tell.
-        ModelError: when it is too short, or nothing pushes.
+        ModelError: when it is too short, or has no thrust.
     """
     layouts = quadrotor(interface="motors", attitude="measured").layouts
     if len(logs := logs_of(path, spec)) > 1:

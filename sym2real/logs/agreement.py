@@ -71,39 +71,39 @@ def rate_agreement(logs: Sequence[Trajectory]) -> dict[str, Agreement]:
     layout = logs[0].layouts.state
     if not (layout.has_field("attitude") or layout.has_field("heading")):
         return {}
-    found = {}
+    by_column = {}
     for column in (name for name in RATES if name in layout):
         pairs = [(_middle(trajectory.column(column)), turning(trajectory, column)) for trajectory in logs]
         correlation, ratio = _compared(pairs, LEAST_MOTION["rad/s"])
-        found[column] = Agreement("attitude", correlation, ratio=ratio)
-    return found
+        by_column[column] = Agreement("attitude", correlation, ratio=ratio)
+    return by_column
 
 
 def thrust_agreement(logs: Sequence[Trajectory]) -> Agreement:
-    """The horizontal way that a quadrotor is pushed, against where its attitude says that its thrust points.
+    """The horizontal way that a quadrotor accelerates, against where its attitude says that its thrust points.
 
     As it stands, and with the attitude turned the other way (world to body where body to world is meant).
     """
     layout = logs[0].layouts.state
     if not layout.has_field("attitude") or not all(name in layout for name in POSITION.columns[:2]):
         return Agreement("attitude", None)
-    found = []
+    comparisons = []
     for turn in (lambda q: q, rotation.conjugate):
-        pushes = [level_push(log, turn) for log in logs]
-        found.append(_compared([(axis[:, i], pushed[:, i]) for pushed, axis in pushes for i in (0, 1)], LEAST_TILT))
-    (own, ratio), (other, _) = found
+        pairs = [lateral_motion(log, turn) for log in logs]
+        comparisons.append(_compared([(axis[:, i], moved[:, i]) for moved, axis in pairs for i in (0, 1)], LEAST_TILT))
+    (own, ratio), (other, _) = comparisons
     return Agreement("attitude", own, other, 1.0 / ratio if ratio else 0.0)
 
 
-def level_push(log: Trajectory, turn: Callable[[torch.Tensor], torch.Tensor] = lambda q: q) -> tuple[Array, Array]:
-    """How a robot is pushed aside, and its thrust axis, level, in units of gravity ``# (rows - 2, 2)`` each.
+def lateral_motion(log: Trajectory, turn: Callable[[torch.Tensor], torch.Tensor] = lambda q: q) -> tuple[Array, Array]:
+    """How a robot accelerates sideways, and its thrust axis, level, in units of gravity ``# (rows - 2, 2)`` each.
 
     Args:
         turn: what is made of the attitude first.
     """
     axis = rotation.rotate(turn(attitude(log)), torch.tensor([0.0, 0.0, 1.0], dtype=torch.float64)).numpy()
-    pushed = [_pushed(log.column(name), log.dt) for name in POSITION.columns[:2]]
-    return np.stack(pushed, axis=1), axis[1:-1, :2]
+    accelerations = [_acceleration(log.column(name), log.dt) for name in POSITION.columns[:2]]
+    return np.stack(accelerations, axis=1), axis[1:-1, :2]
 
 
 def points_along(logs: Sequence[Trajectory]) -> float:
@@ -117,11 +117,11 @@ def off_the_way(log: Trajectory) -> float:
     """Angle in rad from where a car heads to where it goes, or from where thrust points to where it pushes."""
     if log.layouts.state.has_field(HEADING.name):
         return float(np.angle(np.nansum(np.exp(1j * (courses([log])[0] - headings([log])[0])))))
-    pushed, axis = (level @ np.array([1.0, 1.0j]) for level in level_push(log))
-    return float(np.angle(np.vdot(axis, pushed)))
+    acceleration, axis = (level @ np.array([1.0, 1.0j]) for level in lateral_motion(log))
+    return float(np.angle(np.vdot(axis, acceleration)))
 
 
-def _pushed(position: Array, dt: float) -> Array:
+def _acceleration(position: Array, dt: float) -> Array:
     """Acceleration in units of gravity between rows that are averaged first ``# (rows - 2,)``."""
     kernel = np.ones(2 * SMOOTHING + 1) / (2 * SMOOTHING + 1)
     smooth = np.convolve(np.pad(position, SMOOTHING, mode="edge"), kernel, "valid")
@@ -137,19 +137,19 @@ def turning(trajectory: Trajectory, column: str) -> Array:
 
 def velocity_agreement(logs: Sequence[Trajectory]) -> dict[str, Agreement]:
     """Velocities and rates of joints against the change of the coordinate; velocities turned from body axes as well."""
-    state, found = logs[0].layouts.state, {}
+    state, by_column = logs[0].layouts.state, {}
     faces = state.has_field("attitude") or state.has_field("heading")
     for coordinate, column in state.rates.items():
         least = LEAST_MOTION.get(state.units[column], 0.0)
         moved = [np.diff(log.column(coordinate)) / np.diff(log.time) for log in logs]
         own, ratio = _compared([(_middle(log.column(column)), m) for log, m in zip(logs, moved, strict=True)], least)
         if column not in VELOCITIES:
-            found[column] = Agreement(coordinate, own, ratio=ratio)
+            by_column[column] = Agreement(coordinate, own, ratio=ratio)
             continue
         place = VELOCITIES.index(column)
         other = [(_middle(turned(log, VELOCITIES)[:, place]), m) for log, m in zip(logs, moved, strict=True) if faces]
-        found[column] = Agreement(POSITION.name, own, _compared(other, least)[0] if other else None, ratio)
-    return found
+        by_column[column] = Agreement(POSITION.name, own, _compared(other, least)[0] if other else None, ratio)
+    return by_column
 
 
 def _middle(values: Array) -> Array:

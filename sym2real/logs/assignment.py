@@ -43,7 +43,7 @@ class Assignment:
         quaternions: attitude → component ("w" or a digit) → column of the log.
         angles: attitude → "roll", "pitch", "yaw" → column of the log.
         named: column of the log → what its name says.
-        rivals: column of the log → the column that was taken in its place.
+        duplicates: column of the log → the column that was taken in its place.
     """
 
     times: list[str] = field(default_factory=list)
@@ -51,7 +51,7 @@ class Assignment:
     quaternions: dict[str, dict[str, str]] = field(default_factory=dict)
     angles: dict[str, dict[str, str]] = field(default_factory=dict)
     named: dict[str, Named] = field(default_factory=dict)
-    rivals: dict[str, str] = field(default_factory=dict)
+    duplicates: dict[str, str] = field(default_factory=dict)
 
     def unit(self, column: str) -> str:
         """The unit that the column's name states, or ""."""
@@ -74,16 +74,16 @@ def assign(names: Sequence[str], motors: int = 4) -> Assignment:
     result.columns = {name: name for pair in HEADINGS if {*pair} <= {*names} for name in pair}
     names = [name for name in names if name not in result.columns]
     sure = _compass(names) | _numbered(names)  # what several names say together goes before what one says
-    result.named = sure | {name: said for name in names if name not in sure and (said := read_name(name))}
+    result.named = sure | {name: meaning for name in names if name not in sure and (meaning := read_name(name))}
     for name in _counted_joints(result.named, [name for name in names if name not in sure]):
         del result.named[name]
-    for name, named in sorted(result.named.items(), key=lambda said: said[0] not in STANDARD_COLUMNS):
+    for name, named in sorted(result.named.items(), key=lambda item: item[0] not in STANDARD_COLUMNS):
         _place(result, name, named)
     _settle(result, motors)
     return result
 
 
-def within(found: Assignment, layouts: Layouts) -> Assignment:
+def within(assignment: Assignment, layouts: Layouts) -> Assignment:
     """What of an assignment a model with these columns has a use for."""
     wanted = {*layouts.columns}
     turning = {"attitude", "reference_attitude"} if wanted & {"qw", "sin_yaw"} else set()
@@ -94,14 +94,14 @@ def within(found: Assignment, layouts: Layouts) -> Assignment:
         standard = column.removeprefix("ref_")
         return made_of.get(standard, standard) in wanted
 
-    columns = dict(found.columns)
-    if (told := columns.get("speed")) and "speed" not in wanted and found.named[told].role == "state":
-        columns.setdefault("wheel_speed", told)
+    columns = dict(assignment.columns)
+    if (source := columns.get("speed")) and "speed" not in wanted and assignment.named[source].role == "state":
+        columns.setdefault("wheel_speed", source)
     return replace(
-        found,
+        assignment,
         columns={standard: name for standard, name in columns.items() if is_of_use(standard)},
-        quaternions={name: parts for name, parts in found.quaternions.items() if name in attitudes},
-        angles={name: parts for name, parts in found.angles.items() if name in attitudes},
+        quaternions={name: parts for name, parts in assignment.quaternions.items() if name in attitudes},
+        angles={name: parts for name, parts in assignment.angles.items() if name in attitudes},
     )
 
 
@@ -110,7 +110,7 @@ def _compass(names: Sequence[str]) -> dict[str, Named]:
 
     Where no name goes up or down, east and north are enough.
     """
-    found: dict[str, Named] = {}
+    matches: dict[str, Named] = {}
     written = {name.lower(): name for name in names}  # ArduPilot's PN, PE, PD
     level = not any(re.search(r"up|down", name, re.IGNORECASE) for name in names)
     for axes, standard in (LETTERS | (LEVEL if level else {})).items():
@@ -120,9 +120,9 @@ def _compass(names: Sequence[str]) -> dict[str, Named]:
             alike = [written.get(f"{head}{axis}{tail}".lower(), "") for axis in axes]
             meant = [read_name(f"{head}{axis}{tail}") for axis in standard]
             placed = axes != ROTATION or any(name.startswith(f"{head}tx".lower()) for name in written)
-            if all(alike) and all(meant) and placed and not found.keys() & {*alike}:
-                found |= {column: named for column, named in zip(alike, meant, strict=True) if named}
-    return found
+            if all(alike) and all(meant) and placed and not matches.keys() & {*alike}:
+                matches |= {column: named for column, named in zip(alike, meant, strict=True) if named}
+    return matches
 
 
 def _families(names: Sequence[str]) -> dict[tuple[str, str], dict[str, str]]:
@@ -137,7 +137,7 @@ def _families(names: Sequence[str]) -> dict[tuple[str, str], dict[str, str]]:
 def speaks_of_joints(names: Sequence[str]) -> bool:
     """Whether a log is of a robot of joints, by the words in the names of its columns."""
     words = [set(words_and_unit(name)[0]) for name in names]
-    return any(said & JOINTS or (said & NUMBERED and any(map(str.isdigit, said))) for said in words)
+    return any(of_name & JOINTS or (of_name & NUMBERED and any(map(str.isdigit, of_name))) for of_name in words)
 
 
 def _counted_joints(named: Mapping[str, Named], names: Sequence[str]) -> list[str]:
@@ -167,19 +167,19 @@ def _numbered(names: Sequence[str]) -> dict[str, Named]:
 
     PX4 has position, velocity and attitude under names of their own, and calls what a gyroscope says ``xyz``.
     """
-    found: dict[str, Named] = {}
+    matches: dict[str, Named] = {}
     if speaks_of_joints(names):
-        return found
+        return matches
     for (head, tail), columns in _families(names).items():
         digits = "".join(sorted(columns))
         meant = {digit: read_name(f"{head}_{axis}{tail}") for digit, axis in zip("123", "xyz", strict=True)}
         if digits == "123" and all(named and named.quantity in MOVING for named in meant.values()):
-            found |= {columns[digit]: named for digit, named in meant.items() if named}
+            matches |= {columns[digit]: named for digit, named in meant.items() if named}
         elif head == "xyz" and digits == "012" and {*XYZ} <= {*names}:
-            found |= {columns[digit]: Named("rate", axis) for digit, axis in zip(digits, XYZ, strict=True)}
+            matches |= {columns[digit]: Named("rate", axis) for digit, axis in zip(digits, XYZ, strict=True)}
         elif digits in {"0123", "1234"} and (named := meant["1"]) and named.quantity in {"rate", "force"}:
-            found |= {column: Named("motor", digit, "command", named.unit) for digit, column in columns.items()}
-    return found
+            matches |= {column: Named("motor", digit, "command", named.unit) for digit, column in columns.items()}
+    return matches
 
 
 def _place(result: Assignment, name: str, named: Named) -> None:
@@ -202,7 +202,7 @@ def _place(result: Assignment, name: str, named: Named) -> None:
     elif named.quantity == "pull":
         key = ACCELERATION_COLUMN if named.role == "command" else ""
     if key in places:
-        result.rivals[name] = places[key]
+        result.duplicates[name] = places[key]
     elif key:
         places[key] = name
 

@@ -57,10 +57,10 @@ def tilt_agreement(draft: Draft) -> dict[str, float]:
     if draft.acceleration is None or draft.world is None or draft.assignment.is_car:
         return {}
     back = np.exp(-1j * derive.heading(draft.world))
-    expected, found = (
+    expected, measured = (
         back * (part[:, 0] + 1j * part[:, 1]) for part in (GRAVITY * up(draft.world), draft.acceleration)
     )
-    pairs = {"pitch": (expected.real, found.real), "roll": (expected.imag, found.imag)}
+    pairs = {"pitch": (expected.real, measured.real), "roll": (expected.imag, measured.imag)}
     tilts = {angle: pair for angle, pair in pairs.items() if draft.rows.spread(pair[0]) > GRAVITY * TILTING}
     return {angle: draft.rows.correlation(*pair) for angle, pair in tilts.items()}
 

@@ -26,7 +26,7 @@ from sym2real.vocabulary import (
     VELOCITY,
 )
 
-HOW_FAST = "speed"  # how fast the robot is, whatever it is told
+HOW_FAST = "speed"  # how fast the robot is, whatever is commanded
 UNITS = {
     "height": "m",
     HOW_FAST: "m/s",
@@ -69,53 +69,53 @@ def features(trajectory: Trajectory) -> dict[str, Array]:
     """Features of every row by name, in the units of :func:`units_of`, ``# (rows,)`` each."""
     layouts = trajectory.layouts
     known = {*layouts.state, *layouts.action, *layouts.inputs, *trajectory.extra}
-    found = {name: trajectory.column(column) for column, name in DIRECT.items() if column in known}
+    values = {name: trajectory.column(column) for column, name in DIRECT.items() if column in known}
     for name, columns in NORMS.items():
         there = [trajectory.column(column) for column in columns if column in layouts.state]
         if there:
-            found[name] = np.linalg.norm(there, axis=0)
+            values[name] = np.linalg.norm(there, axis=0)
     if layouts.state.has_field("attitude"):
-        found["tilt"] = rotation.tilt(attitude(trajectory)).numpy()
+        values["tilt"] = rotation.tilt(attitude(trajectory)).numpy()
     for joint in layouts.state.joints:
-        found[joint], rate = trajectory.column(joint), layouts.state.rates[joint]
-        found[_pace(rate)] = np.abs(trajectory.column(rate))
+        values[joint], rate = trajectory.column(joint), layouts.state.rates[joint]
+        values[_pace(rate)] = np.abs(trajectory.column(rate))
     apart = _off_reference(trajectory, layouts.state)
     if apart is not None:
-        found["distance from the reference"] = apart
-    found["time"] = trajectory.time - trajectory.time[0]
-    return found
+        values["distance from the reference"] = apart
+    values["time"] = trajectory.time - trajectory.time[0]
+    return values
 
 
 def signed_features(trajectory: Trajectory) -> dict[str, Array]:
     """What a disturbance may depend on, by name ``# (rows,)`` each; what a derivative is in is smoothed."""
     layout = trajectory.layouts.state
     known = {*layout, *trajectory.layouts.inputs, *trajectory.extra}
-    found: dict[str, Array] = {"time": trajectory.time - trajectory.time[0]}
+    values: dict[str, Array] = {"time": trajectory.time - trajectory.time[0]}
     if HEIGHT in layout:
-        found["height"] = trajectory.column(HEIGHT)
+        values["height"] = trajectory.column(HEIGHT)
     along = [_smooth(trajectory.column(c)) for c in VELOCITY.columns if c in layout]
     velocity = np.stack(along, axis=1) if along else np.zeros((len(trajectory), 0))
     if along:
-        found[HOW_FAST] = np.linalg.norm(velocity, axis=1)
-        found |= {f"velocity {axis}": column for axis, column in zip("xyz", velocity.T, strict=False)}
-    found |= {c: _smooth(trajectory.column(c)) for joint in layout.joints for c in (joint, layout.rates[joint])}
+        values[HOW_FAST] = np.linalg.norm(velocity, axis=1)
+        values |= {f"velocity {axis}": column for axis, column in zip("xyz", velocity.T, strict=False)}
+    values |= {c: _smooth(trajectory.column(c)) for joint in layout.joints for c in (joint, layout.rates[joint])}
     if along and layout.has_field("heading"):
         sine, cosine = (trajectory.column(name) for name in HEADING.columns)
-        found["forward speed"] = velocity[:, 0] * cosine + velocity[:, 1] * sine
+        values["forward speed"] = velocity[:, 0] * cosine + velocity[:, 1] * sine
     if len(along) == 3 and layout.has_field("attitude"):
         attitude = torch.as_tensor(trajectory.state[:, layout.slice("attitude")])
         body = rotation.rotate(rotation.conjugate(attitude), torch.as_tensor(velocity)).numpy()
-        found |= {f"body velocity {axis}": column for axis, column in zip("xyz", body.T, strict=True)}
-        found["tilt"] = rotation.tilt(attitude).numpy()
+        values |= {f"body velocity {axis}": column for axis, column in zip("xyz", body.T, strict=True)}
+        values["tilt"] = rotation.tilt(attitude).numpy()
         upright = torch.tensor([0.0, 0.0, 1.0], dtype=attitude.dtype)
         lean = rotation.rotate(attitude, upright.expand(len(attitude), 3)).numpy()
-        found |= {f"lean {axis}": column for axis, column in zip("xy", lean.T, strict=False)}
-    found |= {name: trajectory.column(name) for name in (*RATE.columns, *BATTERY.columns) if name in known}
+        values |= {f"lean {axis}": column for axis, column in zip("xy", lean.T, strict=False)}
+    values |= {name: trajectory.column(name) for name in (*RATE.columns, *BATTERY.columns) if name in known}
     for name in trajectory.layouts.action:
         command = trajectory.column(name)
-        found[name] = command
-        found[f"change of {name}"] = np.gradient(_smooth(command))
-    return found
+        values[name] = command
+        values[f"change of {name}"] = np.gradient(_smooth(command))
+    return values
 
 
 def _smooth(column: Array) -> Array:

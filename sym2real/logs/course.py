@@ -36,12 +36,12 @@ def course(time: Array, x: Array, y: Array, speed: Array | None = None) -> Array
 
 def courses(logs: Iterable[Trajectory]) -> list[Array]:
     """The way that a car moves in every log, in rad ``# (rows,)``."""
-    found = []
+    angles = []
     for log in logs:
         speed = log.column(SPEED_COLUMN) if SPEED_COLUMN in log.layouts.action else None
         x, y = (log.column(name) for name in POSITION.columns[:2])
-        found.append(course(log.time, x, y, speed))
-    return found
+        angles.append(course(log.time, x, y, speed))
+    return angles
 
 
 def headings(logs: Iterable[Trajectory]) -> list[Array]:

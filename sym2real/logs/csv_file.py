@@ -85,8 +85,8 @@ def _lines(path: Path) -> list[str]:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         row = content[: error.start].count(b"\n") + 1
-        found = f"bytes that are no UTF-8 (0x{content[error.start]:02x}): save the file as UTF-8"
-        raise DataError(path, "text", found, row) from None
+        actual = f"bytes that are no UTF-8 (0x{content[error.start]:02x}): save the file as UTF-8"
+        raise DataError(path, "text", actual, row) from None
     if (position := text.find("\0")) >= 0:
         raise DataError(path, "text", "a zero byte", text[:position].count("\n") + 1)
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
@@ -101,8 +101,8 @@ def _header(path: Path, line: str, delimiter: str | None, *, named: bool) -> lis
     if len(names) < 2:
         raise DataError(path, "two or more columns, parted by commas", repr(line[:SHOWN]), row=1)
     if too_long := next((name for name in names if len(name) > LONGEST_NAME), ""):
-        found = f"{len(too_long)} ({too_long[:SHOWN]!r} …)"
-        raise DataError(path, f"column names of at most {LONGEST_NAME} letters", found, row=1)
+        actual = f"{len(too_long)} ({too_long[:SHOWN]!r} …)"
+        raise DataError(path, f"column names of at most {LONGEST_NAME} letters", actual, row=1)
     if not named and all(is_number(name) for name in names):
         expected = "column names in the first line (--columns names those of a file without)"
         raise DataError(path, expected, f"numbers ({line[:SHOWN]!r})", row=1)
@@ -113,8 +113,8 @@ def _check_header(path: Path, first: Sequence[str], header: Sequence[str]) -> No
     if not all(is_number(cell) or not cell for cell in first):
         raise DataError(path, "numbers in the first line, where names of the columns are given", repr(first), row=1)
     if len(first) != len(header):
-        found = f"{len(header)} ({', '.join(header)})"
-        raise DataError(path, f"names of its {len(first)} columns", found, row=1)
+        actual = f"{len(header)} ({', '.join(header)})"
+        raise DataError(path, f"names of its {len(first)} columns", actual, row=1)
 
 
 def _counts(cells: Sequence[str]) -> bool:
@@ -127,8 +127,8 @@ def _check_lengths(path: Path, lines: Sequence[str], rows: Sequence[list[str]], 
         empty = not lines[position].strip()
         if len(cells) != wanted or empty:
             last = " (the last line: the file may be cut off)" if position == len(rows) - 1 else ""
-            found = "an empty line" if empty else f"{len(cells)} values"
-            raise DataError(path, f"{wanted} values, one per column", found + last, first + position)
+            actual = "an empty line" if empty else f"{len(cells)} values"
+            raise DataError(path, f"{wanted} values, one per column", actual + last, first + position)
 
 
 def write(path: Path, columns: Mapping[str, Array]) -> None:

@@ -72,23 +72,23 @@ def head_of(lines: Sequence[str]) -> Head | None:
         return None  # the usual file
     places = range(len(lines) - ROWS + 1)
     first = next((i for i in places if all(_is_row(line, width, delimiter) for line in lines[i : i + ROWS])), 0)
-    names, found = list[str](), None
+    names, head = list[str](), None
     for line in reversed(lines[:first] if first > 1 else []):
         words = _words(line, delimiter)
         if any(words[width:]) or any(map(is_number, words)):
             break
         names = _joined(words, names) if names or len(words) == width else []
         if _are_names(names, width):
-            found = Head(tuple(names), first, delimiter)
+            head = Head(tuple(names), first, delimiter)
             if all(names):
                 break
-    return found
+    return head
 
 
 def _delimiter_of_rows(lines: Sequence[str]) -> str | None:
     """What parts these rows into most numbers."""
     return max(
-        (*DELIMITERS, None), key=lambda one: sum(is_number(cell) for line in lines for cell in _cells(line, one))
+        (*DELIMITERS, None), key=lambda mark: sum(is_number(cell) for line in lines for cell in _cells(line, mark))
     )
 
 

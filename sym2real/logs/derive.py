@@ -35,8 +35,8 @@ def in_force(own: Array, stamps: Array) -> NDArray[np.int64]:
     steps = np.diff(stamps)
     usual = float(np.median(steps)) if len(steps) else 0.0
     halfway = stamps + 0.5 * np.minimum(np.append(steps, usual), usual)  # not of a gap
-    found: NDArray[np.int64] = np.searchsorted(own, halfway, side="right") - 1
-    return found
+    indices: NDArray[np.int64] = np.searchsorted(own, halfway, side="right") - 1
+    return indices
 
 
 def _windows(rows: int, around: int) -> NDArray[np.int64]:

@@ -28,7 +28,7 @@ def differences(data: Dataset) -> tuple[str, ...]:
     """Columns of velocities and rates that are differences of noisy coordinates in all logs."""
     coordinates = [_coordinates(log) for log in data]
     return tuple(
-        rate for rate in coordinates[0] if _are_differences(data, rate, [found[rate] for found in coordinates])
+        rate for rate in coordinates[0] if _are_differences(data, rate, [of_log[rate] for of_log in coordinates])
     )
 
 
@@ -44,10 +44,10 @@ def _with_slopes(log: Trajectory, rates: Iterable[str]) -> Trajectory:
 def _coordinates(log: Trajectory) -> dict[str, Array]:
     """Per column of a rate what it is the rate of ``# (rows,)``."""
     layout = log.layouts.state
-    found = {rate: log.column(coordinate) for coordinate, rate in layout.rates.items()}
+    coordinates = {rate: log.column(coordinate) for coordinate, rate in layout.rates.items()}
     if layout.has_field(HEADING.name) and "wz" in layout:
-        found["wz"] = counted_heading(*(log.column(name) for name in HEADING.columns))
-    return found
+        coordinates["wz"] = counted_heading(*(log.column(name) for name in HEADING.columns))
+    return coordinates
 
 
 def _are_differences(data: Dataset, rate: str, coordinates: list[Array]) -> bool:

@@ -142,11 +142,11 @@ class Draft:
         self.comments.setdefault(key, []).extend(lines)
 
     def specification(self) -> LogSpec:
-        """What has been found as a specification, its columns in the order of the log."""
+        """What is known, as a specification, its columns in the order of the log."""
         place = {column: i for i, column in enumerate(self.tables[0].columns)}
-        found = sorted(self.assignment.columns.items(), key=lambda item: place[item[1]])
-        columns = {name: Source(c, self.units.get(name, "")) for name, c in found if name not in self.left_out}
-        found_out = LogSpec(
+        ordered = sorted(self.assignment.columns.items(), key=lambda item: place[item[1]])
+        columns = {name: Source(c, self.units.get(name, "")) for name, c in ordered if name not in self.left_out}
+        spec = LogSpec(
             "proposed",
             time=self.time,
             columns=columns,
@@ -160,7 +160,7 @@ class Draft:
             reference_attitude=self.attitudes.get("reference_attitude", Attitude()),
         )
         # A column whose unit cannot be known stands in no line, or in one that is still to be taken.
-        return replace(found_out, hold=tuple(name for name in self.held if name in found_out.sources))
+        return replace(spec, hold=tuple(name for name in self.held if name in spec.sources))
 
     @property
     def waiting(self) -> list[str]:

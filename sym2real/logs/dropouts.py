@@ -26,9 +26,9 @@ def is_unasked(note: str) -> bool:
 
 def lost_in_reading(logs: Iterable[Trajectory]) -> list[str]:
     """What is missing from logs, or was changed though nobody asked; cuts are one line."""
-    said = [(log.name, note) for log in logs for note in log.notes if is_unasked(note)]
-    lines = [f"{name}: {note}" for name, note in said if not note.startswith(CUT)]
-    cut = [f"{name}{note.removeprefix(CUT).replace(':', '')}" for name, note in said if note.startswith(CUT)]
+    notes = [(log.name, note) for log in logs for note in log.notes if is_unasked(note)]
+    lines = [f"{name}: {note}" for name, note in notes if not note.startswith(CUT)]
+    cut = [f"{name}{note.removeprefix(CUT).replace(':', '')}" for name, note in notes if note.startswith(CUT)]
     return [*lines, *([f"{CUT}: {listed(cut)}"] if cut else [])]
 
 

@@ -21,8 +21,8 @@ def at_extremes(pieces: Sequence[Array]) -> tuple[float, float]:
     Args:
         pieces: the series, without NaN, one piece per log ``# (rows,)``.
     """
-    found = [_runs(piece) for piece in pieces if len(piece)]
-    values, lengths = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    runs = [_runs(piece) for piece in pieces if len(piece)]
+    values, lengths = (np.concatenate(parts) for parts in zip(*runs, strict=True))
     between = (values > values.min()) & (values < values.max())
     stays = lengths > STAY * np.median(lengths[between] if between.any() else lengths)
     low, high = (

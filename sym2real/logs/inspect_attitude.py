@@ -17,7 +17,7 @@ from sym2real.logs.attitude_reading import (
 )
 from sym2real.logs.draft import Draft
 from sym2real.logs.parts import UPRIGHT, Attitude, Direction, Frames
-from sym2real.logs.reading import CLEAR, Said, by_name, by_ratio, by_size
+from sym2real.logs.reading import CLEAR, Reading, by_name, by_ratio, by_size
 from sym2real.logs.units import GRAVITY
 from sym2real.vocabulary import EULER_ANGLES
 
@@ -70,17 +70,17 @@ def _report_quaternion(draft: Draft, name: str, lettered: bool) -> None:
 def _euler(draft: Draft, name: str, parts: dict[str, str]) -> None:
     columns = tuple(parts[key] for key in EULER_ANGLES)
     values = draft.raw(*columns)
-    said = angle_unit(draft, columns, float(np.abs(values).max()))
-    if said[2] != "certain" and name == "attitude" and draft.acceleration is not None and not draft.assignment.is_car:
+    guess = angle_unit(draft, columns, float(np.abs(values).max()))
+    if guess[2] != "certain" and name == "attitude" and draft.acceleration is not None and not draft.assignment.is_car:
         # A tilt of 1 rad accelerates by g: so does one of 57.3 deg.
         share = draft.rows.ratio(GRAVITY * values[:, :2], draft.acceleration[:, :2])
-        said = by_ratio(ANGLES, share, "the horizontal acceleration over g")
+        guess = by_ratio(ANGLES, share, "the horizontal acceleration over g")
     for column, angle in zip(columns, EULER_ANGLES, strict=True):
-        draft.add(column, f"{name} {angle}", *said)
-    draft.attitudes[name] = Attitude(euler=columns, unit=said[0])  # type: ignore[arg-type]
+        draft.add(column, f"{name} {angle}", *guess)
+    draft.attitudes[name] = Attitude(euler=columns, unit=guess[0])  # type: ignore[arg-type]
 
 
-def angle_unit(draft: Draft, columns: tuple[str, ...], size: float) -> Said:
+def angle_unit(draft: Draft, columns: tuple[str, ...], size: float) -> Reading:
     """Unit of angles by name or by size, more than a turn in rad."""
     return by_name(draft, columns) or by_size(ANGLES, size, 2.0 * pi * 1.01)
 
@@ -127,5 +127,5 @@ def _agreement(draft: Draft, vertical: float) -> float:
 
 
 def _text(draft: Draft) -> str:
-    found = tilt_agreement(draft) | gyro_agreement(draft)
-    return "correlations: " + ", ".join(f"{name} {value:+.2f}" for name, value in found.items())
+    correlations = tilt_agreement(draft) | gyro_agreement(draft)
+    return "correlations: " + ", ".join(f"{name} {value:+.2f}" for name, value in correlations.items())

@@ -26,8 +26,8 @@ def _unknown(draft: Draft, name: str, remark: str, *, of_model: bool) -> None:
     if standard:
         draft.add(name, standard, "", f"by its name{also}", "likely")
         return
-    if rival := draft.assignment.rivals.get(name):
-        draft.add(name, "?", "?", f"looks like the same as {rival!r}, the first of them{also}", "unknown")
+    if first := draft.assignment.duplicates.get(name):
+        draft.add(name, "?", "?", f"looks like the same as {first!r}, the first of them{also}", "unknown")
         return
     named = draft.assignment.named.get(name)
     says = f"named like {named.role} {named.quantity} {named.axis}".strip() if named else "the name says nothing"

@@ -6,7 +6,7 @@ from sym2real.logs.attitude_reading import up
 from sym2real.logs.draft import Draft
 from sym2real.logs.inspect_driving import inspect_driving
 from sym2real.logs.inspect_motion import FASTEST, RATES
-from sym2real.logs.reading import LONGEST_PULSE, Said, are_pulses, by_name, by_others, by_size, largest, turning
+from sym2real.logs.reading import LONGEST_PULSE, Reading, are_pulses, by_name, by_others, by_size, largest, turning
 from sym2real.logs.units import GRAVITY
 from sym2real.trajectory import Array
 from sym2real.vocabulary import MOTORS, RATE, RATE_COMMAND, THRUST_COLUMN
@@ -23,8 +23,8 @@ def inspect_commands(draft: Draft) -> None:
     _rate_commands(draft)
     inspect_driving(draft)
     if draft.has("vbat"):
-        told = by_name(draft, ["vbat"]) or by_size(("V", "mV"), float(draft.values("vbat").mean()), HIGHEST_VOLTAGE)
-        draft.settle("vbat", *told)
+        reading = by_name(draft, ["vbat"]) or by_size(("V", "mV"), float(draft.values("vbat").mean()), HIGHEST_VOLTAGE)
+        draft.settle("vbat", *reading)
 
 
 def _specific_force(draft: Draft) -> Array | None:
@@ -50,8 +50,8 @@ def _thrust(draft: Draft) -> None:
     # The mean carries the weight, whatever it counts.
     worth = f"scale = 1.0 }}  # put mass in kg × {GRAVITY / level:.6g} ("
     why = "the mean carries the weight, which hides a mass that you do not know; a thrust stand's N is better)"
-    if said := by_name(draft, [THRUST_COLUMN]):
-        draft.settle(THRUST_COLUMN, *said)
+    if reading := by_name(draft, [THRUST_COLUMN]):
+        draft.settle(THRUST_COLUMN, *reading)
     elif most > 100.0 or draft.assignment.named[column].quantity == "throttle":
         what = "counts" if most > 1.0 else part
         evidence = f"{what}, mean {level:.5g}, up to {most:.5g}: the log cannot know N per unit"
@@ -78,7 +78,7 @@ def _motors(draft: Draft) -> None:
         draft.settle(name, unit, evidence, confidence)
 
 
-def _motor_unit(draft: Draft, values: Array) -> Said:
+def _motor_unit(draft: Draft, values: Array) -> Reading:
     low, high = values.min(), np.abs(values).max()
     if named := by_name(draft, MOTORS):
         return named
@@ -99,8 +99,8 @@ def _rate_commands(draft: Draft) -> None:
     if not names:
         return
     turned = {name: rate for name in names if (rate := turning(draft, pairs[name])) is not None}
-    told = by_others(draft, RATES[:2], turned, "the body rate in rad/s")
+    by_motion = by_others(draft, RATES[:2], turned, "the body rate in rad/s")
     size = largest(draft, names)
-    said = by_name(draft, names) or by_size(RATES, size, FASTEST, told)
+    reading = by_name(draft, names) or by_size(RATES, size, FASTEST, by_motion)
     for name in names:
-        draft.settle(name, *said)
+        draft.settle(name, *reading)

@@ -4,7 +4,7 @@ import numpy as np
 
 from sym2real.logs.draft import Draft
 from sym2real.logs.inspect_motion import DRIVING, NEAR, SPEEDS, slopes_of_positions
-from sym2real.logs.reading import Said, are_pulses, by_name, by_size, largest, turning
+from sym2real.logs.reading import Reading, are_pulses, by_name, by_size, largest, turning
 from sym2real.logs.units import UNITS, unit_by_ratio
 from sym2real.trajectory import Array
 from sym2real.vocabulary import ACCELERATION_COLUMN, SPEED_COLUMN, STEER_COLUMN
@@ -34,8 +34,8 @@ def _steer(draft: Draft) -> None:
         evidence = f"{span}: pulses in µs; the log cannot know the angle per µs"
         worth = "zero = 1500, scale = 0.001 }  # put the pulse straight ahead, and rad per µs"
         draft.leave_open(STEER_COLUMN, STEERING, evidence, worth)
-    elif turned is not None and (found := _off_centre(draft, values, left * turned)) is not None:
-        zero, curvature = found
+    elif turned is not None and (fit := _off_centre(draft, values, left * turned)) is not None:
+        zero, curvature = fit
         evidence = f"{values.min():.4g} to {values.max():.4g}, a servo's travel: straight ahead at {zero:.4g}"
         worth = (
             f"zero = {zero:.4g}, scale = 1.0 }}  # rad per unit is yours to say: {abs(curvature):.3g} × the wheelbase "
@@ -46,8 +46,8 @@ def _steer(draft: Draft) -> None:
             draft.suspect(column, "the car turns right where it is larger")
     else:
         size = largest(draft, [STEER_COLUMN])
-        told = by_name(draft, [STEER_COLUMN]) or _angle_or_driver(draft, values, turned)
-        unit, evidence, confidence = told or by_size(("rad", "deg"), size, STEEPEST)
+        reading = by_name(draft, [STEER_COLUMN]) or _angle_or_driver(draft, values, turned)
+        unit, evidence, confidence = reading or by_size(("rad", "deg"), size, STEEPEST)
         if UNITS[unit][1] * size > STEEPEST:
             evidence += f": up to {size:.4g}, which no wheel of the road turns; the steering wheel's, before its gear?"
             draft.comment(
@@ -58,7 +58,7 @@ def _steer(draft: Draft) -> None:
         draft.settle(STEER_COLUMN, unit, evidence, confidence)
 
 
-def _angle_or_driver(draft: Draft, values: Array, turned: Array | None) -> Said | None:
+def _angle_or_driver(draft: Draft, values: Array, turned: Array | None) -> Reading | None:
     """Numbers up to 1 are rad or a driver's: the wheelbase that the path asks for in rad tells a user which.
 
     None of larger numbers, and where the car hardly turns or drives.
@@ -112,11 +112,11 @@ def _speed(draft: Draft) -> None:
 def _acceleration(draft: Draft) -> None:
     """In m/s² unless its name says other; numbers of which the path says that they are neither are a throttle's."""
     values, gained = draft.values(ACCELERATION_COLUMN), draft.rows.slopes(_pace(draft))
-    told = by_name(draft, [ACCELERATION_COLUMN])
+    reading = by_name(draft, [ACCELERATION_COLUMN])
     ratio = draft.rows.ratio(values, gained) if gained.any() and values.any() else 1.0
-    if told is None and not 1.0 / LIKE_ITS_PATH < ratio < LIKE_ITS_PATH:
+    if reading is None and not 1.0 / LIKE_ITS_PATH < ratio < LIKE_ITS_PATH:
         worth = f"scale = {1.0 / ratio:.6g} }}  # m/s² per unit, as the path says: {HIDES}"
         evidence = f"moves {ratio:.3g} times as much as the path's acceleration in m/s²: a throttle?"
         draft.leave_open(ACCELERATION_COLUMN, "acceleration command", evidence, worth)
     else:
-        draft.settle(ACCELERATION_COLUMN, *(told or ("m/s^2", f"up to {np.abs(values).max():.3g}", "guess")))
+        draft.settle(ACCELERATION_COLUMN, *(reading or ("m/s^2", f"up to {np.abs(values).max():.3g}", "guess")))

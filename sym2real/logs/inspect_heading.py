@@ -12,7 +12,7 @@ from sym2real.logs.course import TOGETHER, between, decides, together
 from sym2real.logs.draft import Draft
 from sym2real.logs.inspect_attitude import ANGLES, angle_unit
 from sym2real.logs.parts import Source
-from sym2real.logs.reading import Said, by_ratio
+from sym2real.logs.reading import Reading, by_ratio
 from sym2real.logs.units import UNITS, unit_by_ratio
 from sym2real.trajectory import Array
 
@@ -40,8 +40,8 @@ def inspect_yaw(draft: Draft) -> None:
 def _inspect(draft: Draft, name: str, moved: Array | None) -> None:
     column, values, named = draft.column(name), draft.values(name), draft.named_unit(name)
     sense, by_course = _by_course(values, moved)
-    said = by_course or _by_wraps(draft, values) or (_by_rate(draft, values) if name == "yaw" else None)
-    unit, evidence, confidence = said or angle_unit(draft, (column,), float(np.abs(values).max()))
+    reading = by_course or _by_wraps(draft, values) or (_by_rate(draft, values) if name == "yaw" else None)
+    unit, evidence, confidence = reading or angle_unit(draft, (column,), float(np.abs(values).max()))
     if named and unit != named:
         contradiction = f"the name says {named}, the numbers say {unit}"
         draft.comment(name, contradiction)
@@ -103,7 +103,7 @@ def _jumps(draft: Draft, values: Array) -> Array:
     return np.abs(draft.rows.each(np.diff, values))
 
 
-def _by_course(values: Array, moved: Array | None) -> tuple[float, Said | None]:
+def _by_course(values: Array, moved: Array | None) -> tuple[float, Reading | None]:
     """The sense and unit in which the heading turns as the path does, where only one does."""
     if moved is None:
         return 1.0, None
@@ -120,7 +120,7 @@ def _by_course(values: Array, moved: Array | None) -> tuple[float, Said | None]:
     return sense, (unit, f"in {unit} it turns {turned} the path ({scores[best]:.2f}; {other:.2f})", "certain")
 
 
-def _by_wraps(draft: Draft, values: Array) -> Said | None:
+def _by_wraps(draft: Draft, values: Array) -> Reading | None:
     """The unit whose whole turn is what the values jump by."""
     jumps = _jumps(draft, values)
     span = max(float(np.ptp(part)) for part in draft.rows.parts(values))
@@ -132,7 +132,7 @@ def _by_wraps(draft: Draft, values: Array) -> Said | None:
     return None
 
 
-def _by_rate(draft: Draft, values: Array) -> Said | None:
+def _by_rate(draft: Draft, values: Array) -> Reading | None:
     """The unit in which it changes as fast as a yaw rate whose unit its name states; where that is unsaid, a guess."""
     rate = draft.assignment.columns.get("wz", "")
     if not rate:

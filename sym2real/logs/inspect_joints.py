@@ -10,7 +10,7 @@ from sym2real.logs.draft import Confidence, Draft
 from sym2real.logs.joint_names import Matching
 from sym2real.logs.name_words import words_and_unit
 from sym2real.logs.of_model import own_units
-from sym2real.logs.reading import CLEAR, WEAK, Said, by_size
+from sym2real.logs.reading import CLEAR, WEAK, Reading, by_size
 from sym2real.logs.units import UNITS
 from sym2real.vocabulary import LARGEST_PLACE
 
@@ -33,22 +33,22 @@ def inspect_joints(draft: Draft, matching: Matching, layouts: Layouts) -> None:
     wanted, rates = own_units(layouts), layouts.state.rates
     unknown = [column for column in layouts.action if column not in {*wanted, *draft.assignment.columns}]
     left = dict.fromkeys(unknown, "no column is called like it") | matching.open
-    units: dict[str, Said] = {}
+    units: dict[str, Reading] = {}
     for joint, rate in rates.items():
-        if joint not in matching.found or rate not in matching.found:
+        if joint not in matching.pairs or rate not in matching.pairs:
             continue
         slopes = draft.rows.slopes(draft.values(joint))
         if draft.rows.spread(slopes) > MOVING:
-            found = draft.rows.correlation(draft.values(rate), slopes)
-            if abs(found) < WEAK:
+            agreement = draft.rows.correlation(draft.values(rate), slopes)
+            if abs(agreement) < WEAK:
                 source = draft.assignment.columns.pop(rate)
-                left[rate] = f"{source!r} does not move like the slope of {joint}, correlation {found:+.2f}"
+                left[rate] = f"{source!r} does not move like the slope of {joint}, correlation {agreement:+.2f}"
                 continue
             share = draft.rows.ratio(draft.values(rate), slopes)
             units |= _pair(draft, (joint, rate), (wanted[joint], wanted[rate]), share)
-            if found < -CLEAR:
-                draft.suspect(matching.found[rate].source, f"correlation {found:+.2f} with the slope of {joint}")
-    for column, match in matching.found.items():
+            if agreement < -CLEAR:
+                draft.suspect(matching.pairs[rate].source, f"correlation {agreement:+.2f} with the slope of {joint}")
+    for column, match in matching.pairs.items():
         if column in left:
             continue
         unit, evidence, confidence = units.get(column) or _alone(draft, column, wanted[column])
@@ -57,7 +57,7 @@ def inspect_joints(draft: Draft, matching: Matching, layouts: Layouts) -> None:
     _what_is_left(draft, left, layouts.action.units | wanted, {rate: joint for joint, rate in rates.items()})
 
 
-def _pair(draft: Draft, columns: tuple[str, str], wanted: tuple[str, str], share: float) -> dict[str, Said]:
+def _pair(draft: Draft, columns: tuple[str, str], wanted: tuple[str, str], share: float) -> dict[str, Reading]:
     """Units of a coordinate and its rate that fit each other; of those that fit alike the likelier coordinate's."""
     named = [_named(draft.column(column), unit) for column, unit in zip(columns, wanted, strict=True)]
     options = product(*((name,) if name else OTHER_UNITS[unit] for name, unit in zip(named, wanted, strict=True)))
@@ -66,10 +66,10 @@ def _pair(draft: Draft, columns: tuple[str, str], wanted: tuple[str, str], share
     size = float(np.abs(draft.values(columns[0])).max())
     large = size > LARGEST_PLACE[wanted[0]]
     chosen = next((pair for pair in alike if (pair[0] != wanted[0]) == large), alike[0])
-    said = f"the rate moves {share:.3g} times as much as the slope of the coordinate, up to {size:.3g}"
+    evidence = f"the rate moves {share:.3g} times as much as the slope of the coordinate, up to {size:.3g}"
     decided: Confidence = "certain" if len({pair[0] for pair in alike}) == 1 or large else "likely"
     return {
-        column: (unit, "the name says its unit", "certain") if name else (unit, said, decided)
+        column: (unit, "the name says its unit", "certain") if name else (unit, evidence, decided)
         for column, unit, name in zip(columns, chosen, named, strict=True)
     }
 
@@ -80,7 +80,7 @@ def _named(source: str, wanted: str) -> str:
     return next((name for name in (unit, f"{unit}/s") if UNITS.get(name, ("",))[0] == wanted), "")
 
 
-def _alone(draft: Draft, column: str, wanted: str) -> Said:
+def _alone(draft: Draft, column: str, wanted: str) -> Reading:
     if named := _named(draft.column(column), wanted):
         return named, "the name says its unit", "certain"
     size = float(np.abs(draft.values(column)).max())

@@ -6,7 +6,7 @@ from sym2real.logs import derive
 from sym2real.logs.attitude_reading import TILTING, gyro_agreement, read_attitude, tilt_agreement, up, usual_reading
 from sym2real.logs.draft import Draft
 from sym2real.logs.parts import Attitude
-from sym2real.logs.reading import CLEAR, WEAK, Said, by_name, by_others, by_ratio, by_size, largest, settle
+from sym2real.logs.reading import CLEAR, WEAK, Reading, by_name, by_others, by_ratio, by_size, largest, settle
 from sym2real.logs.standard import INVERSE
 from sym2real.logs.units import GRAVITY, UNITS, factor, unit_by_ratio
 from sym2real.trajectory import Array
@@ -28,18 +28,18 @@ def inspect_positions(draft: Draft) -> None:
     if not axes:
         return
     pace = {axis: draft.rows.slopes(draft.values(axis)) for axis in axes}
-    push = np.stack([draft.rows.slopes(pace[axis]) for axis in axes], axis=1)
+    acceleration = np.stack([draft.rows.slopes(pace[axis]) for axis in axes], axis=1)
     fast = float(np.percentile(np.abs([*pace.values()]), 95))
-    told = _by_velocity(draft, pace) or _by_tilt(draft, push)
-    unit, evidence, confidence = by_name(draft, axes) or by_size(LENGTHS, fast, FAST, told)
+    by_motion = _by_velocity(draft, pace) or _by_tilt(draft, acceleration)
+    unit, evidence, confidence = by_name(draft, axes) or by_size(LENGTHS, fast, FAST, by_motion)
     evidence += " a second, as it moves" if evidence.startswith("up to") else ""
     for axis in axes:
         draft.settle(axis, unit, evidence, confidence)
     if {"x", "y"} <= set(axes):
-        draft.acceleration = factor(unit, "x") * push
+        draft.acceleration = factor(unit, "x") * acceleration
 
 
-def _by_velocity(draft: Draft, pace: dict[str, Array]) -> Said | None:
+def _by_velocity(draft: Draft, pace: dict[str, Array]) -> Reading | None:
     logged = {axis: f"v{axis}" for axis in pace if draft.has(f"v{axis}")}
     velocity = {axis: UNITS[draft.named_unit(v) or "m/s"][1] * draft.values(v) for axis, v in logged.items()}
     alike = [axis for axis in velocity if abs(draft.rows.correlation(pace[axis], velocity[axis])) > CLEAR]
@@ -47,7 +47,7 @@ def _by_velocity(draft: Draft, pace: dict[str, Array]) -> Said | None:
     return by_ratio(LENGTHS, float(np.median(shares)), "the logged velocity in m/s says") if shares else None
 
 
-def _by_tilt(draft: Draft, push: Array) -> Said | None:
+def _by_tilt(draft: Draft, acceleration: Array) -> Reading | None:
     """A body that leans by an angle accelerates by g times it."""
     parts = draft.assignment.quaternions.get("attitude")
     if draft.assignment.is_car or not parts or not draft.has("x", "y"):
@@ -55,7 +55,7 @@ def _by_tilt(draft: Draft, push: Array) -> Said | None:
     caused = GRAVITY * up(read_attitude(draft, usual_reading(draft, parts)))[:, :2]
     if draft.rows.spread(caused) < GRAVITY * TILTING:
         return None
-    return by_ratio(LENGTHS, draft.rows.ratio(push[:, :2], caused), "its tilt accelerates it in m/s²")
+    return by_ratio(LENGTHS, draft.rows.ratio(acceleration[:, :2], caused), "its tilt accelerates it in m/s²")
 
 
 def inspect_wheel(draft: Draft) -> None:
@@ -100,10 +100,10 @@ def inspect_velocities(draft: Draft) -> None:
         _decide_velocity_frame(draft, moving, world, body)
     true = body if draft.velocity_frame == "body" else world
     expected, what = {name: true[name] for name in moving}, "the slope of the position"
-    said = by_name(draft, names) or by_others(draft, SPEEDS[:3], expected, f"{what} in m")
-    said = said or ("m/s", "too little motion to tell", "likely")
+    guess = by_name(draft, names) or by_others(draft, SPEEDS[:3], expected, f"{what} in m")
+    guess = guess or ("m/s", "too little motion to tell", "likely")
     settle(
-        draft, names, said, {name: draft.rows.correlation(draft.values(name), expected[name]) for name in moving}, what
+        draft, names, guess, {name: draft.rows.correlation(draft.values(name), expected[name]) for name in moving}, what
     )
 
 
@@ -151,24 +151,24 @@ def inspect_rates(draft: Draft) -> None:
     names = [name for name in RATE.columns if draft.has(name)]
     suspected = _suspect_angles(draft)
     what = f"the slope of the attitude{suspected}" if draft.turning else ""
-    found = gyro_agreement(draft)
+    correlations = gyro_agreement(draft)
     if names:
-        heard = {name: draft.turning[name] for name in names if abs(found.get(name, 0.0)) > WEAK}
-        said = by_name(draft, names) or by_others(draft, RATES, heard, "the attitude in rad/s")
-        settle(draft, names, said or by_size(RATES, largest(draft, names), FASTEST), found, what)
+        heard = {name: draft.turning[name] for name in names if abs(correlations.get(name, 0.0)) > WEAK}
+        reading = by_name(draft, names) or by_others(draft, RATES, heard, "the attitude in rad/s")
+        settle(draft, names, reading or by_size(RATES, largest(draft, names), FASTEST), correlations, what)
     elif draft.turning:
         draft.derived.append("rate")
         draft.add("", "body rate", "rad/s", f"the log has none: {what}", "certain")
 
 
 def _suspect_angles(draft: Draft) -> str:
-    """Files angles that push the other way and takes their slopes the right way round from there on, which it says."""
+    """Files angles of the other sign and takes their slopes the right way round from there on, which it says."""
     euler = draft.attitudes.get("attitude", Attitude()).euler
     vertical, tilt, turned = 1.0 if draft.frames == "z_up" else -1.0, tilt_agreement(draft), list[str]()
     for place, (angle, column) in enumerate(zip(("roll", "pitch"), euler, strict=False)):
-        pushed = vertical * tilt.get(angle, 0.0)
-        if pushed < -CLEAR and draft.body_rates is not None:
-            draft.suspect(column, f"correlation {pushed:+.3f} of the acceleration with what this angle should cause")
+        agreement = vertical * tilt.get(angle, 0.0)
+        if agreement < -CLEAR and draft.body_rates is not None:
+            draft.suspect(column, f"correlation {agreement:+.3f} of the acceleration with what this angle should cause")
             draft.body_rates[:, place] *= -1.0
             turned.append(repr(column))
     return f" with {' and '.join(turned)} reversed" if turned else ""

@@ -51,5 +51,5 @@ def _accelerates(draft: Draft, attitude: Array) -> float:
     pace = draft.rows.slopes(draft.values("x", "y"))
     unit, *_ = by_name(draft, ("x", "y")) or by_size(LENGTHS, float(np.percentile(np.abs(pace), 95)), FAST)
     measured, tilt = factor(unit, "x") * draft.rows.slopes(pace), GRAVITY * up(attitude)[:, :2]
-    found, caused = (draft.rows.moving(values) for values in (measured, tilt))
-    return float((found * caused).sum() / (caused**2).sum())
+    shown, caused = (draft.rows.moving(values) for values in (measured, tilt))
+    return float((shown * caused).sum() / (caused**2).sum())

@@ -26,7 +26,7 @@ from sym2real.logs.inspect_time import inspect_time
 from sym2real.logs.inspect_upright import inspect_upright
 from sym2real.logs.joint_names import Matching, match_own
 from sym2real.logs.reader import expand
-from sym2real.logs.several_files import one_log_each, read_parts
+from sym2real.logs.several_files import files_by_log, read_parts
 from sym2real.logs.specification import LogSpec
 from sym2real.logs.table import Table
 
@@ -82,7 +82,7 @@ def inspect_logs(
         >>> inspect_logs(example_flight()).spec.time.column
         't'
     """
-    logs = one_log_each(expand(paths), columns)
+    logs = files_by_log(expand(paths), columns)
     tables = [read_parts(files, header=columns) for files in logs]
     _check_alike(tables)
     assignment, matching = _assigned(list(tables[0].columns), layouts, moved)
@@ -108,7 +108,7 @@ def _assigned(names: Sequence[str], layouts: Layouts | None, moved: Mapping[str,
     if layouts is None:
         return assign(names), Matching()
     matching = match_own(names, layouts, moved)
-    own = {column: match.source for column, match in matching.found.items()}
+    own = {column: match.source for column, match in matching.pairs.items()}
     rotors = len(motors_of(layouts.action)) or 4
     rest = within(assign([name for name in names if name not in own.values()], rotors), layouts)
     return replace(rest, columns={**rest.columns, **own}), matching
@@ -139,8 +139,8 @@ def _draft(tables: list[Table], assignment: Assignment) -> Draft:
 
 def _require_rows(table: Table, remarks: Sequence[str] = ()) -> None:
     if len(table) < FEWEST_ROWS:
-        found = "; ".join((str(len(table)), *remarks))
-        raise DataError(table.path, f"at least {FEWEST_ROWS} rows with numbers to look into", found)
+        actual = "; ".join((str(len(table)), *remarks))
+        raise DataError(table.path, f"at least {FEWEST_ROWS} rows with numbers to look into", actual)
 
 
 def _check_alike(tables: list[Table]) -> None:

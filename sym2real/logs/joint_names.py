@@ -14,7 +14,7 @@ from sym2real.logs.units import UNITS
 
 Quantity = Literal["place", "rate", "force"]
 
-OF_JOINTS = {said: frozenset(words) for said, words in TABLES["joints"].items()}
+OF_JOINTS = {meaning: frozenset(words) for meaning, words in TABLES["joints"].items()}
 MEASURED = WORDS["measured"]
 PLACE, RATE = WORDS["position"] | OF_JOINTS["place"], WORDS["velocity"] | OF_JOINTS["rate"]
 FORCE = WORDS["torque"] | OF_JOINTS["force"]
@@ -22,8 +22,8 @@ OTHERS = (WORDS["acceleration"] - {"a"}) | OF_JOINTS["other"]
 # What a name may say beside the joint, and says nothing about which.
 NEUTRAL = OF_JOINTS["neutral"] | MEASURED
 SHORTEST = 3  # letters of a joint's name that is looked for inside a word
-# What an actuator is told, by the unit of its column.
-TOLD: Mapping[str, Quantity] = {"rad": "place", "m": "place", "rad/s": "rate", "m/s": "rate"}
+# What an actuator is commanded, by the unit of its column.
+COMMANDED: Mapping[str, Quantity] = {"rad": "place", "m": "place", "rad/s": "rate", "m/s": "rate"}
 
 
 @dataclass(frozen=True)
@@ -46,11 +46,11 @@ class Matching:
     """What names alone say.
 
     Args:
-        found: by column of the model.
-        open: column of the model that nothing was found for → why.
+        pairs: by column of the model.
+        open: column of the model that nothing matches → why.
     """
 
-    found: dict[str, Match] = field(default_factory=dict)
+    pairs: dict[str, Match] = field(default_factory=dict)
     open: dict[str, str] = field(default_factory=dict)
 
 
@@ -85,15 +85,15 @@ class _Name:
     @property
     def quantity(self) -> str:
         kinds = (("other", OTHERS - self.mine), ("rate", RATE), ("force", FORCE), ("place", PLACE))
-        found = (kind for kind, words in kinds if words.intersection(self.words))
-        # Beside a quantity, or told, an a counts axes (KUKA's A1, ax1); measured alone it is an acceleration.
-        return next(found, "other" if "a" in self.words and not self.wanted else "")
+        matching = (kind for kind, words in kinds if words.intersection(self.words))
+        # Beside a quantity, or commanded, an a counts axes (KUKA's A1, ax1); measured alone it is an acceleration.
+        return next(matching, "other" if "a" in self.words and not self.wanted else "")
 
     @property
     def joint(self) -> frozenset[str]:
         """Words that name a joint."""
-        said = PLACE | RATE | FORCE | NEUTRAL | OF_ROLES
-        return frozenset(word for word in self.words if word not in said and not word.isdigit())
+        other_words = PLACE | RATE | FORCE | NEUTRAL | OF_ROLES
+        return frozenset(word for word in self.words if word not in other_words and not word.isdigit())
 
     @property
     def number(self) -> int | None:
@@ -128,9 +128,9 @@ def match_own(columns: Sequence[str], layouts: Layouts, moved: Mapping[str, str]
     places = {joint: joint for joint in layouts.state.joints if joint in units}
     actions = {action: moved.get(action, action) for action in own if action in layouts.action}
 
-    def may_be_told(name: _Name, action: str) -> bool:
-        told = TOLD.get(units[action], "force")
-        return (name.wanted and name.quantity in {told, ""}) or name.quantity == told == "force"
+    def may_command(name: _Name, action: str) -> bool:
+        quantity = COMMANDED.get(units[action], "force")
+        return (name.wanted and name.quantity in {quantity, ""}) or name.quantity == quantity == "force"
 
     texts = {column.lower(): column for column in columns}
     result = Matching({
@@ -145,17 +145,17 @@ def match_own(columns: Sequence[str], layouts: Layouts, moved: Mapping[str, str]
     _match(result, log, places, lambda name, _: name.quantity in {"place", ""} and not name.wanted, units)
     turned = {rates[joint]: joint for joint in places}
     _match(result, log, turned, lambda name, _: name.quantity == "rate" and not name.wanted, units)
-    _match(result, log, actions, may_be_told, units, told=True)
-    used = {match.source for match in result.found.values()}
+    _match(result, log, actions, may_command, units, sent=True)
+    used = {match.source for match in result.pairs.values()}
     for action, joint in actions.items():
-        meant = {TOLD.get(units[action], "force"), ""}
+        meant = {COMMANDED.get(units[action], "force"), ""}
         left = [name for name in log if name.text not in used and name.quantity in meant]
-        if action not in {*result.found, *result.open} and (alike := _alike({action, joint}, left, log)):
+        if action not in {*result.pairs, *result.open} and (alike := _alike({action, joint}, left, log)):
             listed = " or ".join(repr(name.text) for name in alike)
             result.open[action] = f"it may be {listed}, whose name does not say that it was sent"
     # Columns of the model without a meaning of their own, such as coordinates whose rate it does not hold, too.
     for column in own:
-        if column not in result.found:
+        if column not in result.pairs:
             result.open[column] = result.open.pop(column, "no column is called like it")
     return result
 
@@ -167,28 +167,28 @@ def _match(
     fits: Fits,
     units: Mapping[str, str],
     *,
-    told: bool = False,
+    sent: bool = False,
 ) -> None:
-    """Columns of one quantity, each with its joint; ``told`` where names of what is wanted go first."""
+    """Columns of one quantity, each with its joint; ``sent`` where names of what is wanted go first."""
 
     def free(column: str) -> list[_Name]:
-        used = {match.source for match in result.found.values()}
+        used = {match.source for match in result.pairs.values()}
         return [name for name in log if name.text not in used and fits(name, column)]
 
     for column, joint in joints.items():
-        if column not in result.found:
+        if column not in result.pairs:
             alike = _alike({column, joint}, free(column), log)
-            alike = ([name for name in alike if name.wanted] if told else []) or alike
+            alike = ([name for name in alike if name.wanted] if sent else []) or alike
             if len(alike) == 1:
                 sure = alike[0].joint in {_Name(text).joint for text in (column, joint)}
                 evidence = "by its name" if sure else "by a word of its name"
-                result.found[column] = Match(alike[0].text, evidence, sure)
+                result.pairs[column] = Match(alike[0].text, evidence, sure)
             elif alike:
                 result.open[column] = f"it may be {' or '.join(repr(name.text) for name in alike)}"
-    if joints and not joints.keys() & result.found.keys():
+    if joints and not joints.keys() & result.pairs.keys():
         _by_order(result, [*joints], free(next(iter(joints))), units)
     kinds = dict.fromkeys(units[column] for column in joints)
-    if len(kinds) > 1 and not told and not joints.keys() & result.found.keys():  # hinges and slides, each counted alone
+    if len(kinds) > 1 and not sent and not joints.keys() & result.pairs.keys():  # hinges and slides, each counted alone
         for unit in kinds:
             stated = [name for name in free(next(iter(joints))) if name.unit == unit]
             _by_order(result, [column for column in joints if units[column] == unit], stated, units, unit)
@@ -209,7 +209,7 @@ def _alike(called: Iterable[str], free: Sequence[_Name], log: Sequence[_Name]) -
     if exact:
         return exact
     # A column of no number by all its words ("Drive Force" for `drive`, "wheel cmd left" for `left`).
-    return [name for name in free if any(one.number is None and {*one.words} <= {*name.words} for one in names)]
+    return [name for name in free if any(other.number is None and {*other.words} <= {*name.words} for other in names)]
 
 
 def _by_order(
@@ -222,7 +222,7 @@ def _by_order(
     """
     families: dict[str, dict[int, _Name]] = {}
     if unit and len(columns) == len(free) == 1:
-        result.found[columns[0]] = Match(free[0].text, f"the only one in a unit of {unit}", sure=False)
+        result.pairs[columns[0]] = Match(free[0].text, f"the only one in a unit of {unit}", sure=False)
         result.open.pop(columns[0], None)
         return
     for name in free:
@@ -236,9 +236,9 @@ def _by_order(
     ):
         for place, (column, (_, name)) in enumerate(zip(columns, sorted(whole[0].items()), strict=True), 1):
             evidence = f"number {place} of {count}, in the order of the model's: check that the log has the same"
-            result.found[column] = Match(name.text, evidence, sure=False)
+            result.pairs[column] = Match(name.text, evidence, sure=False)
             result.open.pop(column, None)
     elif families:
-        said = ", ".join(f"{len(names)} like {next(iter(names.values())).text!r}" for names in families.values())
-        found = f"the log has {said} and the model {count}: which is which cannot be known"
-        result.open.update(dict.fromkeys(columns, found))
+        described = ", ".join(f"{len(names)} like {next(iter(names.values())).text!r}" for names in families.values())
+        reason = f"the log has {described} and the model {count}: which is which cannot be known"
+        result.open.update(dict.fromkeys(columns, reason))

@@ -50,8 +50,8 @@ def require_columns(file: str | Path, standard: Collection[str], others: Collect
     hints += _derivable(missing, standard, layouts)
     if others:
         hints += [f'`{missing[0]} = "…"` under [columns] of the specification names it', specification(file)]
-    found = "; ".join((f"only {listed(there)}", *hints))
-    raise DataError(file, f"columns of the model: {_with_units(missing, units)}", found)
+    actual = "; ".join((f"only {listed(there)}", *hints))
+    raise DataError(file, f"columns of the model: {_with_units(missing, units)}", actual)
 
 
 def listed(names: Collection[str]) -> str:
@@ -83,7 +83,7 @@ def _with_units(names: Iterable[str], units: dict[str, str]) -> str:
 def _close(missing: Iterable[str], others: Iterable[str]) -> list[str]:
     lower = {name.lower(): name for name in others}
     near = {name: difflib.get_close_matches(name.lower(), lower, n=1, cutoff=CLOSE) for name in missing}
-    return [f"is {lower[found[0]]!r} its {name}?" for name, found in near.items() if found]
+    return [f"is {lower[matches[0]]!r} its {name}?" for name, matches in near.items() if matches]
 
 
 def _other_interface(layouts: Layouts, standard: Collection[str]) -> list[str]:
@@ -100,10 +100,10 @@ def _other_interface(layouts: Layouts, standard: Collection[str]) -> list[str]:
 
 def _derivable(missing: Collection[str], standard: Collection[str], layouts: Layouts) -> list[str]:
     joints = [("rate", (layouts.state.rates[joint],), {joint}) for joint in layouts.state.joints]
-    found = [
+    derivable = [
         (what, ", ".join(columns))
         for what, columns, sources in (*DERIVED, *joints)
         if sources <= set(standard) and set(columns) & set(missing)
     ]
-    together = {what: ", ".join(columns for other, columns in found if other == what) for what, _ in found}
+    together = {what: ", ".join(columns for other, columns in derivable if other == what) for what, _ in derivable}
     return [f'derive = ["{what}"] in a log specification computes {columns}' for what, columns in together.items()]

@@ -83,18 +83,18 @@ def motor_order(flights: Sequence[Turning]) -> MotorOrder | None:
     flights = [
         turning for turning in flights if turning.time[-1] - turning.time[0] > shortest and len(_ends(turning.time)[0])
     ]
-    found = _correlations(flights) if flights else np.zeros((0, len(ORDERS), 2, 3))
-    if len(found) < FEWEST:
+    blocks = _correlations(flights) if flights else np.zeros((0, len(ORDERS), 2, 3))
+    if len(blocks) < FEWEST:
         return None
-    score = found.sum((0, 3))
+    score = blocks.sum((0, 3))
     order, way = (int(place) for place in np.unravel_index(int(score.argmax()), score.shape))
-    leads = [_lead(found[:, order, way], found[:, other, int(score[other].argmax())]) for other in range(len(ORDERS))]
+    leads = [_lead(blocks[:, order, way], blocks[:, other, int(score[other].argmax())]) for other in range(len(ORDERS))]
     certain = min(lead for other, lead in enumerate(leads) if other != order) > NAMED
     # Which way the rotors turn is a question of its own, and none where the order is not known.
-    reversed_ = certain and way == 1 and _lead(found[:, order, 1], found[:, order, 0]) > SURE
+    reversed_ = certain and way == 1 and _lead(blocks[:, order, 1], blocks[:, order, 0]) > SURE
     if not reversed_ and (order == 0 or leads[0] <= SURE):
         return None
-    best, stands = found[:, order, int(reversed_)], found[:, 0, 0]
+    best, stands = blocks[:, order, int(reversed_)], blocks[:, 0, 0]
     return MotorOrder(ORDERS[order], reversed_, float(best.mean()), float(stands.mean()), certain)
 
 
@@ -112,13 +112,13 @@ def _correlations(flights: Sequence[Turning]) -> Array:
 
     ``# (blocks, orders, 2, axes)``, rotors turning as they should and the other way.
     """
-    tried = (
+    candidates = (
         _by_block([_stretches(turning, shift, lag) for turning in flights]) for shift, lag in product(SHIFTS, LAGS)
     )
-    best = next(tried)
-    for found in tried:
-        better = found.sum((0, 3)) > best.sum((0, 3))
-        best[:, better] = found[:, better]
+    best = next(candidates)
+    for candidate in candidates:
+        better = candidate.sum((0, 3)) > best.sum((0, 3))
+        best[:, better] = candidate[:, better]
     return best
 
 
@@ -166,8 +166,8 @@ def _by_block(tables: Sequence[tuple[Array, Array, Array, NDArray[np.int64]]]) -
     for total, part in zip(sums, (change * cause, np.square(change), np.square(cause)), strict=True):
         np.add.at(total, blocks, part)
     together, changed, caused = sums
-    found = together / np.sqrt(np.maximum(changed * caused, 1e-300))
-    return np.stack([found, found * [1.0, 1.0, -1.0]], axis=2)
+    correlations = together / np.sqrt(np.maximum(changed * caused, 1e-300))
+    return np.stack([correlations, correlations * [1.0, 1.0, -1.0]], axis=2)
 
 
 def _centred(values: Array, blocks: NDArray[np.int64]) -> Array:

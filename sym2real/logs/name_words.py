@@ -8,7 +8,7 @@ from sym2real.logs.units import UNITS
 
 TABLES = read_toml(Path(__file__).with_name("words.toml"), "words in names of columns")
 # What a word says → the words that say it; a word for a unit → the unit.
-WORDS = {said: frozenset(words) for said, words in TABLES["words"].items()}
+WORDS = {meaning: frozenset(words) for meaning, words in TABLES["words"].items()}
 UNIT_WORDS: dict[str, str] = {word: unit for unit, words in TABLES["units"].items() for word in words}
 OF_TIME_ALONE = [[word] for word, unit in UNIT_WORDS.items() if UNITS[unit][0] == "s"]
 WRITTEN_UNITS = {"°": "deg", "°/s": "deg/s", "µs": "us", "μs": "us", "m/s2": "m/s^2", "m/s²": "m/s^2", "Nm": "N m"}

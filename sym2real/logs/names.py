@@ -62,10 +62,10 @@ def read_name(name: str) -> Named | None:
         role = "command"
     if WORDS["reference"].intersection(words):
         role = "reference"
-    found = _quantity([word for word in words if word not in OF_ROLES])
-    if found is None:
+    match = _quantity([word for word in words if word not in OF_ROLES])
+    if match is None:
         return None
-    quantity, axis, counted = found
+    quantity, axis, counted = match
     if unit.endswith("/s"):
         quantity, axis = OF_A_SECOND.get(quantity, quantity), EULER_AXES.get(quantity, axis)
     if quantity in {"position", "velocity", "acceleration"} and role == "command":
@@ -79,8 +79,8 @@ def read_name(name: str) -> Named | None:
 def _quantity(words: Sequence[str]) -> tuple[str, str, bool] | None:
     """Quantity, axis, and whether that is a number, by the words of a name without those of its role."""
 
-    def has(*said: str) -> bool:
-        return any(WORDS[one].intersection(words) for one in said)
+    def has(*meanings: str) -> bool:
+        return any(WORDS[meaning].intersection(words) for meaning in meanings)
 
     def last(known: Mapping[str, str], *left_out: str) -> str:
         return ([known[word] for word in words if word in known and word not in left_out] or [""])[-1]
@@ -89,7 +89,7 @@ def _quantity(words: Sequence[str]) -> tuple[str, str, bool] | None:
     letter, angle = last(AXES), last(EULER)
     axis = letter or digit
     along = axis if axis in {"x", "y", "z"} else COUNTED.get(axis, "")
-    pushed = "" if letter == "w" else letter
+    force_axis = "" if letter == "w" else letter
     sides = "".join(side[0] for side in ("front", "rear", "back", "left", "right") if side in words)
     corner = next((CORNERS[word] for word in (*words, sides) if word in CORNERS), "")
     # In "vel_w_x" the w is the world.
@@ -106,8 +106,8 @@ def _quantity(words: Sequence[str]) -> tuple[str, str, bool] | None:
         ("motor", has("motor") and (corner or digit), corner or digit),
         ("motor", corner and has("rate", "force"), corner),
         # By a letter: what is counted are joints, or rotors.
-        ("force", has("force") and pushed, pushed),
-        ("torque", has("torque") and pushed, pushed),
+        ("force", has("force") and force_axis, force_axis),
+        ("torque", has("torque") and force_axis, force_axis),
         ("wheel speed", has("wheel") and (has("tachometer") or has("velocity", "turns")) and not axis, ""),
         # A car logs its only rate without an axis.
         ("rate", turning and not has("derivative", "acceleration") and (about or has("rate alone")), about or "z"),

@@ -39,10 +39,10 @@ def own_units(layouts: Layouts | None) -> dict[str, str]:
 def _require_own(spec: LogSpec, table: Table, name: str, source: Source, own: dict[str, str]) -> None:
     wanted = own.get(name.removeprefix("ref_"))
     if wanted is None:
-        found = str(UnknownNameError("column", name, [*own, *STANDARD_COLUMNS]))
+        actual = str(UnknownNameError("column", name, [*own, *STANDARD_COLUMNS]))
         expected = f"in [columns] of specification {spec.name!r} standard columns"
-        raise DataError(table.path, f"{expected} or those of the model" if own else expected, found)
+        raise DataError(table.path, f"{expected} or those of the model" if own else expected, actual)
     if source.unit and UNITS[source.unit][0] != wanted:
         known = [unit for unit, (inside, _) in UNITS.items() if inside == wanted]
-        found = str(UnknownNameError(f"unit of column {name!r}", source.unit, known))
-        raise DataError(table.path, f"a unit that fits in specification {spec.name!r}", found, column=name)
+        actual = str(UnknownNameError(f"unit of column {name!r}", source.unit, known))
+        raise DataError(table.path, f"a unit that fits in specification {spec.name!r}", actual, column=name)

@@ -49,8 +49,8 @@ class Opened:
     @classmethod
     def open(cls, whole: Table, given: LogSpec | None, layouts: Layouts | None, dt: float | None) -> Opened:
         """Name the columns of a log; arguments and errors as of :func:`read_log`."""
-        found = layouts or _own_layouts(whole)
-        known = None if found is None else visible(found)
+        model_layouts = layouts or _own_layouts(whole)
+        known = None if model_layouts is None else visible(model_layouts)
         used = for_model(given or own_specification((*whole.columns, *whole.texts)), whole, known)
         whole, repeated = without_repeats(whole, used.time.column)
         rows = len(whole) - used.drop_first - used.drop_last
@@ -60,7 +60,7 @@ class Opened:
             )
         if given is None and used.time.column not in (*whole.columns, *whole.texts):
             raise whole.without(used.time.column, "of time stamps", specification(whole.path))
-        flown, sent = whole[used.drop_first : used.drop_first + rows], commands_of(used, found)
+        flown, sent = whole[used.drop_first : used.drop_first + rows], commands_of(used, model_layouts)
         table, left_out = without_dropouts(flown, used.sources, used.hold, sent, used.time.column)
         standard = standardise(table, used)
         notes = [] if given is None else [*standard.notes]
@@ -82,8 +82,8 @@ class Opened:
         log = add_derived(log, self.spec, self.layouts, self.dt)
         known = self.layouts or Layouts.of(log.columns)
         if not known.state.size:
-            found = f"only {listed(self.whole.columns)}; {specification(self.table.path)}"
-            raise DataError(self.table.path, "standard state columns", found)
+            actual = f"only {listed(self.whole.columns)}; {specification(self.table.path)}"
+            raise DataError(self.table.path, "standard state columns", actual)
         if self.dt is not None and len(log.time) > 1 and not is_regular(log.time, self.dt):
             log = resample(log, self.dt, known, polled=self.table.polled)
         name = _metadata(self.table, "name") or self.table.path.stem
@@ -103,14 +103,14 @@ class Opened:
         if self.dt is None or len(self.standard.time) < 2:
             return 0.0
         dt, apart = self.dt, usual_interval(np.diff(self.standard.time))
-        expected, found = "", f"rows {apart:.4g} s apart"
+        expected, actual = "", f"rows {apart:.4g} s apart"
         if apart > COARSEST * dt:
-            expected, found = f"rows at most {COARSEST:g} of the model's steps of {dt:g} s apart", f"{apart:.4g} s"
+            expected, actual = f"rows at most {COARSEST:g} of the model's steps of {dt:g} s apart", f"{apart:.4g} s"
         elif apart * FINEST < dt:
             expected = f"at most {FINEST} rows in one of the model's steps of {dt:g} s"
         if expected:
             expected += " (is the unit of the stamps right?)"
-            raise DataError(self.table.path, expected, found, column=self.spec.time.column or None)
+            raise DataError(self.table.path, expected, actual, column=self.spec.time.column or None)
         return apart
 
 

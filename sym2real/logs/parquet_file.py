@@ -38,8 +38,8 @@ def _opened(path: Path) -> Iterator[pq.ParquetFile]:
         with path.open("rb") as file:  # pyarrow takes no name whose bytes are no text
             yield pq.ParquetFile(file, page_checksum_verification=True)
     except (pa.ArrowException, OSError, ValueError) as error:
-        found = str(error).split("\n", maxsplit=1)[0][:SHOWN]
-        raise DataError(path, "a whole Parquet file", found or type(error).__name__) from None
+        actual = str(error).split("\n", maxsplit=1)[0][:SHOWN]
+        raise DataError(path, "a whole Parquet file", actual or type(error).__name__) from None
 
 
 def parts(table: pa.Table, path: Path) -> tuple[list[str], list[Array | Sequence[str]], int, dict[str, str]]:
@@ -59,8 +59,8 @@ def _text(path: Path, key: str, value: bytes) -> str:
     try:
         return value.decode()
     except UnicodeDecodeError as error:
-        found = f"bytes that are no UTF-8 (0x{value[error.start]:02x})"
-        raise DataError(path, f"metadata under {key!r} in UTF-8", found) from None
+        actual = f"bytes that are no UTF-8 (0x{value[error.start]:02x})"
+        raise DataError(path, f"metadata under {key!r} in UTF-8", actual) from None
 
 
 def _cells(column: pa.ChunkedArray) -> Array | list[str]:

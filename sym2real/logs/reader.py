@@ -8,9 +8,9 @@ from sym2real.dataset import Dataset
 from sym2real.errors import DataError
 from sym2real.layout import Layouts
 from sym2real.logs.opened import Opened, in_step
-from sym2real.logs.recordings import Said, is_bag_folder
+from sym2real.logs.recordings import ColumnKinds, is_bag_folder
 from sym2real.logs.resample import GAP_INTERVALS
-from sym2real.logs.several_files import LogFiles, one_log_each, read_parts
+from sym2real.logs.several_files import LogFiles, files_by_log, read_parts
 from sym2real.logs.sources import commands_of
 from sym2real.logs.specification import LogSpec
 from sym2real.logs.standard import with_header
@@ -108,7 +108,7 @@ def read_each(
     logs: Iterable[LogFiles], spec: LogSpec | None, layouts: Layouts | None, dt: float | None, *, upsample: bool = False
 ) -> list[list[Trajectory]]:
     """The trajectories of each of :func:`logs_of`; arguments and errors as of :func:`read_logs`."""
-    found: list[list[Trajectory]] = []
+    trajectories: list[list[Trajectory]] = []
     opened = [Opened.open(_read(files, spec, layouts), spec, layouts, dt) for files in logs]
     for log in in_step(opened, upsample):
         bounds = [0, *log.gaps, len(log.table)]
@@ -116,8 +116,8 @@ def read_each(
         if not pieces:
             raise DataError(log.table.path, "two or more rows without a gap between them", "gaps between all rows")
         suffixes = [f"#{i + 1}" for i in range(len(pieces))] if log.gaps else [""]
-        found.append([log.trajectory(*piece, suffix) for piece, suffix in zip(pieces, suffixes, strict=True)])
-    return found
+        trajectories.append([log.trajectory(*piece, suffix) for piece, suffix in zip(pieces, suffixes, strict=True)])
+    return trajectories
 
 
 def logs_of(paths: str | Path | Iterable[str | Path], spec: LogSpec | None = None) -> list[LogFiles]:
@@ -126,7 +126,7 @@ def logs_of(paths: str | Path | Iterable[str | Path], spec: LogSpec | None = Non
     Raises:
         DataError: when there is no file at all, or files do not belong together.
     """
-    return one_log_each(expand(paths), () if spec is None else spec.header)
+    return files_by_log(expand(paths), () if spec is None else spec.header)
 
 
 def expand(paths: str | Path | Iterable[str | Path]) -> list[Path]:
@@ -160,4 +160,4 @@ def _read(files: LogFiles, spec: LogSpec | None, layouts: Layouts | None) -> Tab
     attitudes = (spec.attitude, spec.attitude_command, spec.reference_attitude)
     euler = [column for attitude in attitudes for column in attitude.euler]
     quaternions = [attitude.quaternion for attitude in attitudes if attitude.quaternion]
-    return read_parts(files, spec.sources, spec.header, Said(sent, {*turning, *euler}, quaternions))
+    return read_parts(files, spec.sources, spec.header, ColumnKinds(sent, {*turning, *euler}, quaternions))

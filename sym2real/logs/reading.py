@@ -16,7 +16,7 @@ CLEAR = 0.5  # a correlation that decides
 WEAK = 0.3  # one below it says nothing
 SHORTEST_PULSE, LONGEST_PULSE = 900.0, 2200.0  # µs, of servos and speed controllers
 
-Said = tuple[str, str, Confidence]  # a unit, the evidence for it, and how sure that is
+Reading = tuple[str, str, Confidence]  # a unit, the evidence for it, and how sure that is
 
 
 def largest(draft: Draft, names: Sequence[str]) -> float:
@@ -34,19 +34,19 @@ def are_pulses(values: Array) -> bool:
     return bool(((values >= SHORTEST_PULSE) & (values <= LONGEST_PULSE)).all())
 
 
-def by_name(draft: Draft, names: Sequence[str]) -> Said | None:
+def by_name(draft: Draft, names: Sequence[str]) -> Reading | None:
     """The unit that the name of one of these states, standard columns or columns of the log."""
     columns = (draft.assignment.columns.get(name, name) for name in names)
     unit = next(filter(None, map(draft.assignment.unit, columns)), "")
     return (unit, "the name says so", "certain") if unit else None
 
 
-def by_ratio(units: Sequence[str], share: float, what: str) -> Said:
+def by_ratio(units: Sequence[str], share: float, what: str) -> Reading:
     """The unit of numbers that move so many times as much as something in SI units, in words."""
     return unit_by_ratio(share, units), f"moves {share:.3g} times as much as {what}", "certain"
 
 
-def by_others(draft: Draft, units: Sequence[str], expected: Mapping[str, Array], what: str) -> Said | None:
+def by_others(draft: Draft, units: Sequence[str], expected: Mapping[str, Array], what: str) -> Reading | None:
     """The unit of standard columns by what they should be in SI units ``# (rows,)``, in words; None without any.
 
     One that never moves says nothing of it: a car's odometry has no velocity to the side.
@@ -56,7 +56,7 @@ def by_others(draft: Draft, units: Sequence[str], expected: Mapping[str, Array],
     return by_ratio(units, float(np.median(shares)), what) if shares else None
 
 
-def by_size(units: Sequence[str], size: float, most: float, otherwise: Said | None = None) -> Said:
+def by_size(units: Sequence[str], size: float, most: float, otherwise: Reading | None = None) -> Reading:
     """The first of the units, or the second where a size is beyond the most that is possible in the first.
 
     What other evidence says is taken instead, if it is possible.
@@ -66,15 +66,15 @@ def by_size(units: Sequence[str], size: float, most: float, otherwise: Said | No
     return (units[1], f"up to {size:.4g}", "certain") if size > most else (units[0], f"up to {size:.3g}", "likely")
 
 
-def settle(draft: Draft, names: Sequence[str], said: Said, found: Mapping[str, float], what: str) -> None:
-    """File standard columns of one unit; those that correlate with what they should be, and how, are ``found``.
+def settle(draft: Draft, names: Sequence[str], reading: Reading, correlations: Mapping[str, float], what: str) -> None:
+    """File standard columns of one unit; ``correlations`` are with what they should be.
 
     ``what`` they should be, in words, is empty where the log does not tell.
     """
-    unit, evidence, confidence = said
-    unsaid = "too little motion for its sign" if what else "nothing in the log tells its sign"
+    unit, evidence, confidence = reading
+    unknown = "too little motion for its sign" if what else "nothing in the log tells its sign"
     for name in names:
-        agreement = f"correlation {found[name]:+.3f} with {what}" if name in found else unsaid
+        agreement = f"correlation {correlations[name]:+.3f} with {what}" if name in correlations else unknown
         draft.settle(name, unit, f"{evidence}; {agreement}", confidence)
-        if found.get(name, 0.0) < -CLEAR:
+        if correlations.get(name, 0.0) < -CLEAR:
             draft.suspect(draft.column(name), agreement)

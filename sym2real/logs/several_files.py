@@ -16,14 +16,14 @@ from numpy.typing import NDArray
 from sym2real.errors import DataError
 from sym2real.logs import csv_file, parquet_file
 from sym2real.logs.names import read_name
-from sym2real.logs.recordings.recording import BY_NAMES, TIME, Recording, Said, Topic
+from sym2real.logs.recordings.recording import BY_NAMES, TIME, ColumnKinds, Recording, Topic
 from sym2real.logs.table import TABLES, TEXTS, Table, file_type, read_table
 from sym2real.trajectory import Array
 
 LogFiles = tuple[Path, ...]
 
 
-def one_log_each(files: Sequence[Path], header: Sequence[str] = ()) -> list[LogFiles]:
+def files_by_log(files: Sequence[Path], header: Sequence[str] = ()) -> list[LogFiles]:
     """The files of each log.
 
     Args:
@@ -45,13 +45,13 @@ def one_log_each(files: Sequence[Path], header: Sequence[str] = ()) -> list[LogF
         return [(file,) for file in files]
     parts, counts = [*kinds.values()], {len(part) for part in kinds.values()}
     if len(counts) > 1:
-        found = " and ".join(f"{len(part)} like {part[0].name}" for part in parts)
-        raise DataError(parts[-1][0], "logs with the same columns, or as many files of each part of a log", found)
+        actual = " and ".join(f"{len(part)} like {part[0].name}" for part in parts)
+        raise DataError(parts[-1][0], "logs with the same columns, or as many files of each part of a log", actual)
     return [*zip(*parts, strict=True)]
 
 
 def read_parts(
-    files: LogFiles, wanted: Sequence[str] | None = None, header: Sequence[str] = (), said: Said = BY_NAMES
+    files: LogFiles, wanted: Sequence[str] | None = None, header: Sequence[str] = (), kinds: ColumnKinds = BY_NAMES
 ) -> Table:
     """The one table of a log's files; arguments and errors as of :func:`~sym2real.logs.table.read_table`.
 
@@ -62,13 +62,13 @@ def read_parts(
     for file in files:
         own = rest[: len(_names(file))] if header and len(files) > 1 else rest
         rest = rest[len(own) :]
-        tables.append(read_table(file, wanted, own, said))
+        tables.append(read_table(file, wanted, own, kinds))
     if len(tables) == 1:
         return tables[0]
     shared = set.intersection(*({*table.columns} for table in tables))
     clock = next((name for name in tables[0].columns if name in shared and _is_time(name)), "")
     if clock and not _same_stamps(tables, clock):
-        return _by_stamps(tables, clock, said)
+        return _by_stamps(tables, clock, kinds)
     return _row_by_row(tables)
 
 
@@ -107,7 +107,7 @@ def _same_stamps(tables: Sequence[Table], clock: str) -> bool:
     return alike and max(len(table) for table in tables) <= fewest + 1
 
 
-def _by_stamps(tables: Sequence[Table], clock: str, said: Said) -> Table:
+def _by_stamps(tables: Sequence[Table], clock: str, kinds: ColumnKinds) -> Table:
     """Rows of the fastest, the others interpolated or held."""
     topics = tuple(
         Topic(
@@ -118,7 +118,7 @@ def _by_stamps(tables: Sequence[Table], clock: str, said: Said) -> Table:
         for table in tables
     )
     recording = Recording(topics)
-    columns = recording.together(recording.columns, said)
+    columns = recording.together(recording.columns, kinds)
     how = f"by {clock!r}: measurements interpolated, commands held"
     stamps = columns.pop(TIME)
     return replace(_named(tables, {clock: stamps, **columns}, 1 + np.arange(len(stamps)), how), polled=False)

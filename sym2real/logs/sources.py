@@ -27,21 +27,21 @@ def sources_of(spec: LogSpec) -> dict[str, str]:
 
     What an order of components or an inverse changes of a quaternion is not told.
     """
-    found = {name: source.column for name, source in spec.columns.items()}
+    origins = {name: source.column for name, source in spec.columns.items()}
     turned = set(TURNED_ABOUT_X)
     for made, columns in MADE_OF.items():
-        if made in found and not {*columns} & found.keys():
-            found |= dict.fromkeys(columns, found[made])
+        if made in origins and not {*columns} & origins.keys():
+            origins |= dict.fromkeys(columns, origins[made])
     for name, (first, last) in ATTITUDES.items():
         attitude = getattr(spec, name)
         angles = [f"{first}{angle}{last}" for angle in EULER_ANGLES]
         turned |= {*angles[1:]}
         components = np.roll(attitude.quaternion, 1) if attitude.order == "xyzw" else attitude.quaternion
-        found |= dict(zip(angles, attitude.euler, strict=False))
-        found |= dict(zip(attitude_columns(name), map(str, components), strict=False))
+        origins |= dict(zip(angles, attitude.euler, strict=False))
+        origins |= dict(zip(attitude_columns(name), map(str, components), strict=False))
     if spec.frames == "z_up":
-        return found
-    return {name: f"-{column}" if name in turned else column for name, column in found.items()}
+        return origins
+    return {name: f"-{column}" if name in turned else column for name, column in origins.items()}
 
 
 def _angles_behind(name: str) -> tuple[str, ...]:

@@ -40,10 +40,10 @@ def specification_of(kind: type[LogSpec], text: str, file: str | Path) -> LogSpe
         except UnknownNameError as error:
             raise DataError(file, "a unit that fits", str(error), column=name) from None
     for name in (name for name in ATTITUDES if name in table):
-        found = getattr(spec, name)
-        if (len(found.quaternion), len(found.euler)) not in {(4, 0), (2, 0), (0, 3)}:
+        attitude = getattr(spec, name)
+        if (len(attitude.quaternion), len(attitude.euler)) not in {(4, 0), (2, 0), (0, 3)}:
             expected = f"in [{name}] a quaternion of 4 columns, or of 2 (w, z), or euler with 3 (roll, pitch, yaw)"
-            raise DataError(file, expected, f"{len(found.quaternion)} and {len(found.euler)}")
+            raise DataError(file, expected, f"{len(attitude.quaternion)} and {len(attitude.euler)}")
     _check_uses(file, spec)
     return spec
 

@@ -150,8 +150,8 @@ def stamps(table: Table, spec: LogSpec) -> Array:
         anew = before > after and before - after > ANEW * float(np.median(steps[steps > 0]))
         clock = "split the file there if its clock begins anew, or sort the rows if they are of several topics"
         mend = clock if anew else "sort the rows by it"
-        found = f"{kind} ({before!r} then {after!r}): {mend}, and keep one of each stamp"
-        raise table.error("stamps that increase strictly", found, int(bad[0]) + 1, spec.time.column)
+        actual = f"{kind} ({before!r} then {after!r}): {mend}, and keep one of each stamp"
+        raise table.error("stamps that increase strictly", actual, int(bad[0]) + 1, spec.time.column)
     return raw * UNITS[spec.time.unit][1]
 
 

@@ -4,7 +4,7 @@ With rotors it stands on something, which carries it: no flight, whatever its mo
 half of what carries it falls with more than half of gravity, or stands. What is usual the log itself tells, so that a
 wrong mass, thrust map or unit of thrust changes nothing. On its way up and down it stands as long as it is no higher.
 
-On wheels it stands where it is told to and does, but for a moment before it goes and after it came.
+On wheels it stands where it is commanded to and does, but for a moment before it goes and after it came.
 """
 
 from dataclasses import replace
@@ -25,17 +25,17 @@ LEAST, FEWEST = 0.2, 5  # s of little thrust, in which it falls 0.1 m at half of
 LIFTED = 0.03  # m above where it stands
 REST, BESIDE = 1.0, 0.5  # s of rest that are left out at least; s of it that stay, before it goes and after it came
 AWAY = 0.03  # m from where it rests
-STILL = 1e-3  # of the largest speed that it is told
+STILL = 1e-3  # of the largest commanded speed
 
 Rows = NDArray[np.bool_]
 
 
 def in_motion(log: Trajectory) -> list[Trajectory]:
     """The stretches of a log in which it flies or drives; the log itself where nobody can tell."""
-    if (push := _push(log)) is not None and HEIGHT in log.layouts.state:
-        standing, why = _standing(push, log.column(HEIGHT), log.dt), "with little of its usual thrust it does not fall"
-    elif (told := _drive(log)) is not None:
-        standing, why = _resting(told, np.stack([log.column(axis) for axis in LEVEL], axis=1), log.dt), "as it is told"
+    if (thrust := _thrust(log)) is not None and HEIGHT in log.layouts.state:
+        standing, why = _landed(thrust, log.column(HEIGHT), log.dt), "with little of its usual thrust it does not fall"
+    elif (speed := _drive(log)) is not None:
+        standing, why = _resting(speed, np.stack([log.column(axis) for axis in LEVEL], axis=1), log.dt), "as commanded"
     else:
         return [log]
     moving = stretches(~standing)
@@ -47,52 +47,52 @@ def in_motion(log: Trajectory) -> list[Trajectory]:
     return [replace(pieces[0], notes=(*log.notes, f"{LEFT_OUT}, in which it stands ({why}): {where}")), *pieces[1:]]
 
 
-def _push(log: Trajectory) -> Array | None:
-    """What the rotors are told ``# (rows,)``, in any unit; None where nobody tells them."""
-    told = motors_of(log.layouts.action) or tuple(name for name in log.layouts.action if name in THRUST.columns)
-    return log.action[:, log.layouts.action.indices(told)].mean(axis=1) if told and len(log) > 1 else None
+def _thrust(log: Trajectory) -> Array | None:
+    """What the rotors are commanded ``# (rows,)``, in any unit; None where they are not."""
+    commands = motors_of(log.layouts.action) or tuple(name for name in log.layouts.action if name in THRUST.columns)
+    return log.action[:, log.layouts.action.indices(commands)].mean(axis=1) if commands and len(log) > 1 else None
 
 
 def _drive(log: Trajectory) -> Array | None:
-    """The largest speed that its wheels are told ``# (rows,)``, in any unit; None where they are told none."""
+    """The largest commanded speed of its wheels ``# (rows,)``, in any unit; None where there is none."""
     units = log.layouts.action.units
-    told = log.layouts.action.indices(name for name, unit in units.items() if unit in {"m/s", "rad/s"})
+    commands = log.layouts.action.indices(name for name, unit in units.items() if unit in {"m/s", "rad/s"})
     planar = {*LEVEL} <= {*log.layouts.state} and HEIGHT not in log.layouts.state
-    return np.abs(log.action[:, told]).max(axis=1) if told and planar and len(log) > 1 else None
+    return np.abs(log.action[:, commands]).max(axis=1) if commands and planar and len(log) > 1 else None
 
 
-def _resting(told: Array, place: Array, dt: float) -> Rows:
-    found, beside = np.zeros(len(told), dtype=bool), round(BESIDE / dt)
-    for start, stop in stretches(told <= STILL * told.max()):
+def _resting(speed: Array, place: Array, dt: float) -> Rows:
+    resting, beside = np.zeros(len(speed), dtype=bool), round(BESIDE / dt)
+    for start, stop in stretches(speed <= STILL * speed.max()):
         away = np.linalg.norm(place[start:stop] - np.median(place[(start + stop) // 2 : stop], axis=0), axis=1) > AWAY
         first = start + int(np.max(np.flatnonzero(away), initial=-1)) + 1
-        first, last = first + beside * (first > 0), stop - beside * (stop < len(told))
-        found[first:last] = (last - first) * dt >= REST
-    return found
+        first, last = first + beside * (first > 0), stop - beside * (stop < len(speed))
+        resting[first:last] = (last - first) * dt >= REST
+    return resting
 
 
-def _standing(push: Array, height: Array, dt: float) -> Rows:
-    usual = push[push >= WEAK * np.percentile(push, 95)].mean()
-    found, least = np.zeros(len(push), dtype=bool), max(round(LEAST / dt), FEWEST)
-    for start, stop in stretches(push < WEAK * usual):
+def _landed(thrust: Array, height: Array, dt: float) -> Rows:
+    usual = thrust[thrust >= WEAK * np.percentile(thrust, 95)].mean()
+    standing, least = np.zeros(len(thrust), dtype=bool), max(round(LEAST / dt), FEWEST)
+    for start, stop in stretches(thrust < WEAK * usual):
         for long in (least, 4 * least):  # who is dropped falls first, and stands then; a rough height needs more rows
             parts = ((first, first + long) for first in range(start, stop - long + 1, long))
             if still := [(first, last) for first, last in parts if not _falls(height[first:last], dt)]:
                 break
         for first, last in still:
-            found[first:last] = True
+            standing[first:last] = True
             for lowest, highest in stretches(height < np.median(height[first:last]) + LIFTED):
-                found[lowest:highest] |= lowest < last and first < highest
-    return found
+                standing[lowest:highest] |= lowest < last and first < highest
+    return standing
 
 
 def _falls(height: Array, dt: float) -> bool:
     """Whether it accelerates downwards, or noise hides whether it does: by a parabola."""
     time = dt * np.arange(len(height))
     design = np.stack([np.ones(len(time)), time, time**2 / 2], axis=1)
-    found, squares, _, _ = np.linalg.lstsq(design, height)
+    coefficients, squares, _, _ = np.linalg.lstsq(design, height)
     variance = (squares.sum() / (len(height) - 3)) * np.linalg.inv(design.T @ design)[2, 2]
-    return bool(found[2] - 2.0 * np.sqrt(variance) < -FALLING * GRAVITY)
+    return bool(coefficients[2] - 2.0 * np.sqrt(variance) < -FALLING * GRAVITY)
 
 
 def stretches(rows: Rows) -> list[tuple[int, int]]:

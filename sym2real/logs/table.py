@@ -16,7 +16,7 @@ from sym2real.files import require_file
 from sym2real.logs import arrow_file, csv_file, parquet_file
 from sym2real.logs.cells import numbers
 from sym2real.logs.missing import listed
-from sym2real.logs.recordings import BY_NAMES, RECORDINGS, Recording, Said, is_bag_folder, is_card_log
+from sym2real.logs.recordings import BY_NAMES, RECORDINGS, ColumnKinds, Recording, is_bag_folder, is_card_log
 from sym2real.registry import Registry
 from sym2real.trajectory import Array
 
@@ -84,7 +84,7 @@ class Table:
     def without(self, name: str, purpose: str, otherwise: str = "") -> DataError:
         """An error for a column that is not there: those that are, the nearest, and what else may be done."""
         near = difflib.get_close_matches(name, self.columns, n=1, cutoff=0.5)
-        hints = [f"only {listed(self.columns)}", *(f"did you mean {one!r}?" for one in near), otherwise]
+        hints = [f"only {listed(self.columns)}", *(f"did you mean {near_name!r}?" for near_name in near), otherwise]
         return DataError(self.path, f"a column {name!r} {purpose}", "; ".join(filter(None, hints)))
 
     def check_finite(self, name: str, values: Array) -> None:
@@ -95,8 +95,8 @@ class Table:
         """
         if len(bad := np.flatnonzero(~np.isfinite(values))):
             empty = "an empty cell or NaN (such rows may be left out of the file)"
-            found = empty if np.isnan(values[bad[0]]) else str(values[bad[0]])
-            raise self.error("a finite number", found, int(bad[0]), name)
+            actual = empty if np.isnan(values[bad[0]]) else str(values[bad[0]])
+            raise self.error("a finite number", actual, int(bad[0]), name)
         if len(bad := np.flatnonzero(np.abs(values) > LARGEST)):
             raise self.error(f"a number of at most {LARGEST:g}", f"{values[bad[0]]:g}", int(bad[0]), name)
 
@@ -106,7 +106,7 @@ class Table:
 
 
 def read_table(
-    path: str | Path, wanted: Collection[str] | None = None, header: Sequence[str] = (), said: Said = BY_NAMES
+    path: str | Path, wanted: Collection[str] | None = None, header: Sequence[str] = (), kinds: ColumnKinds = BY_NAMES
 ) -> Table:
     """Read a CSV or Parquet file, an Arrow stream, or a recording.
 
@@ -115,7 +115,7 @@ def read_table(
         wanted: columns that a specification names, which decide which topics of a recording are taken; None for those
             whose names are known.
         header: names of the columns of a text file that has none.
-        said: of columns of a recording, where their names do not say so.
+        kinds: of columns of a recording, where their names do not say so.
 
     Raises:
         DataError: naming the file and, where it applies, row, column, what was expected and what was found.
@@ -129,7 +129,7 @@ def read_table(
         require_file(file)
     try:
         if kind in RECORDINGS:
-            return _of_recording(file, RECORDINGS[kind](file), wanted, said)
+            return _of_recording(file, RECORDINGS[kind](file), wanted, kinds)
         if header and kind not in TEXTS:
             raise DataError(file, "a text file, where names of the columns are given", f"{kind}, which has names")
         return table_of(file, *(csv_file.read(file, header) if kind in TEXTS else GROWING[kind](file)))
@@ -167,10 +167,10 @@ def file_type(file: Path) -> str:
     return ".usd" if is_card_log(file) else file.suffix.lower()
 
 
-def _of_recording(file: Path, recording: Recording, wanted: Collection[str] | None, said: Said) -> Table:
+def _of_recording(file: Path, recording: Recording, wanted: Collection[str] | None, kinds: ColumnKinds) -> Table:
     if not recording.topics:
         raise DataError(file, "a topic with numbers", "none")
-    columns = recording.together(wanted, said)
+    columns = recording.together(wanted, kinds)
     return replace(table_of(file, [*columns], [*columns.values()], 1, None), polled=False)
 
 
@@ -192,9 +192,9 @@ def whole_stamps(columns: Mapping[str, Array]) -> dict[str, Array]:
     joined = dict[str, Array]()
     halves = set[str]()
     for name, values in columns.items():
-        found = SECONDS.fullmatch(name)
-        beside = [found[1] + word for word in NANOSECONDS if found[1] + word in columns] if found else []
-        whole = (found[2] or "stamp") if found and beside else name
+        match = SECONDS.fullmatch(name)
+        beside = [match[1] + word for word in NANOSECONDS if match[1] + word in columns] if match else []
+        whole = (match[2] or "stamp") if match and beside else name
         if whole == name or whole in columns:
             joined[name] = values
         else:

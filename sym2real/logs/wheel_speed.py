@@ -52,23 +52,23 @@ def made_anew(before: Trajectory, log: Trajectory) -> Trajectory:
     pose = state.indices(name for field in (POSITION, ATTITUDE, HEADING) for name in field.columns if name in state)
     if not log.sources or np.array_equal(before.state[:, pose], log.state[:, pose]):
         return log
-    found = dict[str, Array]()
+    computed = dict[str, Array]()
     if state.has_field(ATTITUDE.name):
-        found = dict(zip(RATE.columns, derive.body_rate(log.time, attitude(log).numpy(), around).T, strict=True))
+        computed = dict(zip(RATE.columns, derive.body_rate(log.time, attitude(log).numpy(), around).T, strict=True))
     elif state.has_field(HEADING.name):
-        found = {
+        computed = {
             RATE.columns[-1]: derive.slope(log.time, derive.counted_heading(*log.state[:, _heading(log)].T), around)
         }
-    found = {name: values for name, values in found.items() if name in state and name not in log.sources}
+    computed = {name: values for name, values in computed.items() if name in state and name not in log.sources}
     if made := made_of_wheel(Dataset([before])):
         speed, logged = along(before), log.raw.get(log.sources[made[0]])
         place, yaw = log.state[:, state.indices(POSITION.columns[:2])], np.arctan2(*log.state[:, _heading(log)].T)
         speed = speed if logged is None or logged.min() < 0.0 else np.abs(speed)
-        found |= dict(zip(made, derive.rolling(log.time, place, yaw, speed, around).T, strict=True))
+        computed |= dict(zip(made, derive.rolling(log.time, place, yaw, speed, around).T, strict=True))
     if own := log.along_body:
         posed = log.with_columns(dict(zip(own, turned(before, own, to_world=False).T, strict=False)))
-        found |= dict(zip(own, turned(posed, own).T, strict=False))
-    return log.with_columns(found)
+        computed |= dict(zip(own, turned(posed, own).T, strict=False))
+    return log.with_columns(computed)
 
 
 def _ahead(log: Trajectory) -> Array:

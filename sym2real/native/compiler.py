@@ -59,11 +59,11 @@ class Compiler:
 
 def find_compiler() -> Compiler | None:
     """The compiler that ``CC`` names, a wrapper and options included, else the system's; None where there is none."""
-    return _found(os.environ.get("CC", ""), os.environ.get("PATH", ""))
+    return _located(os.environ.get("CC", ""), os.environ.get("PATH", ""))
 
 
 @lru_cache(maxsize=8)
-def _found(named: str, path: str) -> Compiler | None:
+def _located(named: str, path: str) -> Compiler | None:
     for name in (named,) if named else CANDIDATES:
         try:
             words = [name] if shutil.which(name, path=path) else shlex.split(name)  # a path may have spaces

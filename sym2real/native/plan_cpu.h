@@ -1,6 +1,6 @@
 /* All samples, block by block, and the weighted mean of their actions in one pass: the sums are scaled down whenever a
  * cheaper rollout appears. */
-struct found {
+struct running {
     v total;
     real least;
     int rejected;
@@ -32,8 +32,8 @@ static void fill_noise(const struct plan *p, int first, TRACK track, TRACK drawn
         for (int i = 0; i < p->horizon * ACTIONS; i++) track[i][0] = R(0.0);
 }
 /* Adds a block to the sums. */
-INLINE void weigh(const struct plan *p, int first, v costs, TRACK track, v *sums, struct found *found) {
-    real least = found->least;
+INLINE void accumulate(const struct plan *p, int first, v costs, TRACK track, v *sums, struct running *running) {
+    real least = running->least;
     EACH_LANE {
         if (first + lane >= p->samples) {
             costs[lane] = INFINITE;
@@ -42,24 +42,24 @@ INLINE void weigh(const struct plan *p, int first, v costs, TRACK track, v *sums
         const real cost = costs[lane];
         if (!(cost - cost == R(0.0))) {
             costs[lane] = INFINITE;
-            found->rejected++;
+            running->rejected++;
         } else if (cost < least)
             least = cost;
         p->costs[first + lane] = cost;
     }
     const int count = p->horizon * ACTIONS;
-    if (least < found->least) {
-        if (found->least < INFINITE) {
-            const v kept = exponential(splat((least - found->least) / p->temperature));
-            found->total *= kept;
+    if (least < running->least) {
+        if (running->least < INFINITE) {
+            const v kept = exponential(splat((least - running->least) / p->temperature));
+            running->total *= kept;
             for (int i = 0; i < count; i++) sums[i] *= kept;
         }
-        found->least = least;
+        running->least = least;
     }
-    if (!(found->least < INFINITE)) return;
-    v weight = exponential((found->least - costs) / p->temperature);
+    if (!(running->least < INFINITE)) return;
+    v weight = exponential((running->least - costs) / p->temperature);
     EACH_LANE if (!(costs[lane] < INFINITE)) weight[lane] = R(0.0);
-    found->total += weight;
+    running->total += weight;
     for (int i = 0; i < count; i++) sums[i] += weight * track[i];
 }
 EXPORTED int width(void) { return WIDTH; }
@@ -76,22 +76,22 @@ EXPORTED void shifted(const struct plan *p, const real *before, int steps, real 
 EXPORTED int plan_all(const struct plan *p, v *scratch, real *mean) {
     const int count = p->horizon * ACTIONS;
     v *track = scratch, *drawn = scratch + count, *sums = drawn + p->draws * ACTIONS;
-    struct found found = {splat(R(0.0)), INFINITE, 0};
-    for (int i = 0; i < count; i++) sums[i] = found.total;
+    struct running running = {splat(R(0.0)), INFINITE, 0};
+    for (int i = 0; i < count; i++) sums[i] = running.total;
     for (int at = 0; at < p->samples; at += WIDTH) {
         fill_noise(p, at, track, drawn);
         to_actions(p, track);
-        weigh(p, at, total_cost(p, track), track, sums, &found);
+        accumulate(p, at, total_cost(p, track), track, sums, &running);
     }
-    if (!(found.least < INFINITE)) return found.rejected;
+    if (!(running.least < INFINITE)) return running.rejected;
     real total = R(0.0);
-    EACH_LANE total += found.total[lane];
+    EACH_LANE total += running.total[lane];
     for (int i = 0; i < count; i++) {
         real sum = R(0.0);
         EACH_LANE sum += sums[i][lane];
         mean[i] = sum / total;
     }
-    return found.rejected;
+    return running.rejected;
 }
 /* The noise that plan_all draws, (samples, horizon, actions). */
 EXPORTED void noise_of(const struct plan *p, v *scratch, real *out) {

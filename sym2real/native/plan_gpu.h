@@ -1,4 +1,4 @@
-/* One thread per sample for the whole horizon; torch weighs the costs and averages the actions. */
+/* One thread per sample for the whole horizon; torch weights the costs and averages the actions. */
 INLINE void fill_noise(const struct plan *p, int i, TRACK track, TRACK drawn) {
     if (p->noise) {
         for (int h = 0; h < p->horizon; h++)

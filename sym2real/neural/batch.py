@@ -96,21 +96,21 @@ class Batch:
         Returns:
             ``# (steps, windows, t, 1)`` and ``# (steps, windows, t, n)``.
         """
-        found = list[Tensor]()
+        errors = list[Tensor]()
         for step, output in enumerate(outputs):
             row = self.starts[windows] + step
             moved = self.moved[row] * output[:, None, :]
             own = torch.cat([self.error[row], moved], dim=-1)
-            found.append(own + self.carried[row] @ found[-1] if step else own)
-        both = torch.stack(found) / self.scale
+            errors.append(own + self.carried[row] @ errors[-1] if step else own)
+        both = torch.stack(errors) / self.scale
         return both[..., :1], both[..., 1:]
 
 
 def _of_fields(scale: Tensor, layout: Layout) -> Tensor:
     """One for all tangent components of an attitude: each of its columns moves all of them.
 
-    A push about one axis, by what the base lacks, moves the others a little. Measured by the base's own errors, which
-    may be hundreds of times less there, this would cost more than the push brings.
+    A torque about one axis, by what the base lacks, moves the others a little. Measured by the base's own errors, which
+    may be hundreds of times less there, this would cost more than the torque brings.
     """
     scale = scale.clone()
     for field, places in zip(layout.fields, layout.tangent_places, strict=True):

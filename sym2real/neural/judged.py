@@ -79,9 +79,9 @@ class CrossValidated:
         own = self._own(outputs.permute(1, 0, 2, 3), self._every)[..., 0]
         root = self._weight.sqrt()[:, None, None]
         base, parts = (errors * root for errors in self._judging.parts(own.permute(1, 0, 2), self._every))
-        found = shares(base, parts, layout)
-        left = (base + (parts @ found)[..., None]).square().mean() / base.square().mean()
-        return found, float(left)
+        by_column = shares(base, parts, layout)
+        left = (base + (parts @ by_column)[..., None]).square().mean() / base.square().mean()
+        return by_column, float(left)
 
     def _own(self, values: Tensor, windows: Tensor) -> Tensor:
         """Of values ``# (windows, ..., count)`` those of who left the window out ``# (windows, ..., λs)``."""

@@ -161,7 +161,7 @@ def _reached(transitions: Transitions, base: Base, runs: tuple[tuple[int, int], 
 
 
 def _inputs(transitions: Transitions, base: Base) -> Tensor | None:
-    """Inputs of the equations by name: time from the trajectory's start, pushes of zero where the log has none."""
+    """Inputs of the equations by name: time from the trajectory's start, forces of zero where the log has none."""
     if not isinstance(base, Equations) or not len(base.layouts.inputs):
         return None
     columns = list[Array]()

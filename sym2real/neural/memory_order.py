@@ -100,14 +100,14 @@ def _held_out(series: _Series, sizes: Sequence[int]) -> Array:
     fold = np.arange(len(error)) * FOLDS // len(error)
     present = present / (np.sqrt(np.mean(present**2, axis=0)) + np.finfo(np.float32).tiny)
     both = np.concatenate([effects, error[..., None]], axis=-1)
-    found = []
+    errors = []
     for held in range(FOLDS):
         mine = fold != held
         taught = np.tensordot(np.linalg.pinv(present[mine], rcond=ROUNDING), both[mine], axes=1)
         left = both - np.tensordot(present, taught, axes=1)
         within, beyond = (_products(left[rows]) for rows in (mine, ~mine))
-        found.append([_error(within, beyond, size) for size in sizes])
-    return np.array(found)
+        errors.append([_error(within, beyond, size) for size in sizes])
+    return np.array(errors)
 
 
 def _products(columns: Array) -> Array:

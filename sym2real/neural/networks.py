@@ -68,6 +68,6 @@ class Networks(nn.Module):
             which: their numbers ``# (some,)``.
         """
         pairs = self.pairs()
-        found = Networks([pairs[0][0].shape[1], *(bias.shape[-1] for _, bias in pairs)], len(which))
-        found.load_state_dict({name: weight[which] for name, weight in self.state_dict().items()})
-        return found
+        chosen = Networks([pairs[0][0].shape[1], *(bias.shape[-1] for _, bias in pairs)], len(which))
+        chosen.load_state_dict({name: weight[which] for name, weight in self.state_dict().items()})
+        return chosen

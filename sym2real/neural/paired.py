@@ -37,7 +37,7 @@ def simplest(errors: Sequence[Tensor]) -> int:
     Args:
         errors: of every block ``# (blocks,)``, from the simplest model to the richest.
     """
-    best = min(errors, key=lambda found: float(found.mean()))
+    best = min(errors, key=lambda losses: float(losses.mean()))
     slight = WORTH * float(errors[0].mean())
     lost = [error - best for error in errors]
     return next(place for place, loss in enumerate(lost) if float(loss.mean()) <= slight or sureness(loss) <= 1.0)

@@ -99,9 +99,9 @@ class ResidualMLP(nn.Module):
 
     def layers(self) -> list[tuple[Tensor, Tensor]]:
         """Weights ``# (in, out)`` and biases ``# (out,)`` over raw state, action and past; ReLU in between."""
-        found = [(linear.weight.detach().T.clone(), linear.bias.detach().clone()) for linear in self._linears()]
-        weight, bias = found[0]
-        found[0] = (weight / self.input_scale[:, None], bias - (self.input_mean / self.input_scale) @ weight)
-        weight, bias = found[-1]
-        found[-1] = (weight * self.output_scale, bias * self.output_scale)
-        return found
+        layers = [(linear.weight.detach().T.clone(), linear.bias.detach().clone()) for linear in self._linears()]
+        weight, bias = layers[0]
+        layers[0] = (weight / self.input_scale[:, None], bias - (self.input_mean / self.input_scale) @ weight)
+        weight, bias = layers[-1]
+        layers[-1] = (weight * self.output_scale, bias * self.output_scale)
+        return layers

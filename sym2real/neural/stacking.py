@@ -31,12 +31,12 @@ def shares(base: Tensor, parts: Tensor, layout: Layout) -> Tensor:
     size = added.square().sum(0).sqrt()
     upper = torch.linalg.qr(torch.cat([added, -base.reshape(-1, 1).double()], dim=-1), mode="r").R.numpy()
     there = (size > ROUNDING * size.max()).numpy()
-    found, taken = torch.zeros(len(layout), dtype=base.dtype), np.zeros(len(groups))
+    by_column, taken = torch.zeros(len(layout), dtype=base.dtype), np.zeros(len(groups))
     if there.any() and bool(size.isfinite().all()):  # what leads itself out of all bounds has no share
         taken[there] = lsq_linear(upper[:, :-1][:, there], upper[:, -1], (0.0, 1.0)).x
     for group, share in zip(groups, taken, strict=True):
-        found[group] = float(share)
-    return found
+        by_column[group] = float(share)
+    return by_column
 
 
 def _groups(layout: Layout) -> list[tuple[str, ...]]:

@@ -45,12 +45,12 @@ def run_episode(
         seed: of the start state and of the plant.
         start: state to start from instead of the task's ``# (state,)``.
         steps: largest number of rows.
-        wrench: pushes by step, for plants that have ``push`` ``# (steps, inputs)``.
+        wrench: by step, for plants that have ``push`` ``# (steps, inputs)``.
         on_step: called after every step with its number, the state and the action sent.
         name: of the trajectory.
 
     Raises:
-        ShapeError: without a step, or with fewer pushes than steps.
+        ShapeError: without a step, or with fewer wrenches than steps.
 
     Examples:
         >>> robot = ROBOTS["mushr"]
@@ -59,14 +59,14 @@ def run_episode(
         20
     """
     if steps < 1 or (wrench is not None and len(wrench) < steps):
-        beside = "" if wrench is None else f" and {len(wrench)} pushes"
-        raise ShapeError(f"an episode needs at least one step, and pushes for all of them; found {steps} steps{beside}")
+        beside = "" if wrench is None else f" and {len(wrench)} wrenches"
+        raise ShapeError(f"an episode needs at least one step, and a wrench for each; found {steps} steps{beside}")
     if start is None and task is not None:
         start = task.start(np.random.default_rng(seed))
     state = plant.reset(start, seed)
     controller.reset()
-    pushes = repeat(None, steps) if wrench is None else wrench[:steps]
-    states, actions, inputs, stamps = _closed_loop(plant, controller, state, pushes, on_step)
+    wrenches = repeat(None, steps) if wrench is None else wrench[:steps]
+    states, actions, inputs, stamps = _closed_loop(plant, controller, state, wrenches, on_step)
     references = {} if task is None else _references(task, plant.dt * np.arange(len(states), dtype=np.float64), plant)
     notes = ("ended by a crash",) if plant.crashed else ()
     return Trajectory(
@@ -75,16 +75,16 @@ def run_episode(
 
 
 def _closed_loop(
-    plant: Plant, controller: Controller, state: Array, pushes: Iterable[Array | None], on_step: OnStep | None
+    plant: Plant, controller: Controller, state: Array, wrenches: Iterable[Array | None], on_step: OnStep | None
 ) -> tuple[Array, Array, Array, Array]:
-    """States, actions and inputs ``# (rows, …)``, one row per push, from the state that the reset plant measured.
+    """States, actions and inputs ``# (rows, …)``, one row per wrench, from the state that the reset plant measured.
 
     At last, when each state was measured, s ``# (rows,)``.
     """
     rows = []
-    for step, push in enumerate(pushes):
-        if push is not None:
-            plant.push(push)  # type: ignore[attr-defined]
+    for step, given in enumerate(wrenches):
+        if given is not None:
+            plant.push(given)  # type: ignore[attr-defined]
         held, stamp = plant.inputs, _measured_at(plant, step)
         action = np.asarray(controller.act(state, step, held), dtype=np.float64)
         if step == 0:  # a start is held, and measured again, until the first action is there

@@ -53,9 +53,9 @@ class EquationsPlant(ModelPlant):
         return self._reported(super().step(action))
 
     def _advance(self, state: Tensor, action: Tensor, inputs: Tensor | None = None) -> Tensor:
-        pushes = () if inputs is None else inputs.tolist()
+        forces = () if inputs is None else inputs.tolist()
         reaching = self._filters.remember(action)
-        known = {**dict(zip(self.layouts.inputs, pushes, strict=True)), "t": self._steps * self.dt}
+        known = {**dict(zip(self.layouts.inputs, forces, strict=True)), "t": self._steps * self.dt}
         held = torch.tensor([known[name] for name in self._equations.layouts.inputs], dtype=torch.float64)
         if self._hidden is None:
             whole = with_hidden_start(self._equations, state, reaching, held)
@@ -76,7 +76,7 @@ def _require_steps(equations: Equations, robot: Robot) -> None:
     if late or unknown:
         raise ModelError(f"a model with {', '.join(late or unknown)} cannot be stepped as a plant")
     pairs = (visible_state(equations), robot.layouts.state), (equations.layouts.action, robot.layouts.action)
-    for found, expected in pairs:
-        if found.columns != expected.columns:
-            own, its = (", ".join(layout.columns) for layout in (expected, found))
+    for actual, expected in pairs:
+        if actual.columns != expected.columns:
+            own, its = (", ".join(layout.columns) for layout in (expected, actual))
             raise ModelError(f"expected a model of the {robot.name}'s columns {own}, found {its}")

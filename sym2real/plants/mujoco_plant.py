@@ -78,7 +78,7 @@ class MujocoPlant:
         self.mj_data = mujoco.MjData(self.mj_model)
         self._body = mujoco.mj_name2id(self.mj_model, mujoco.mjtObj.mjOBJ_BODY, robot.description.body)
         self._wrench_places = [WRENCH.index(column) if column in WRENCH else -1 for column in robot.layouts.inputs]
-        self._joint_places = _pushed_joints(robot, self.mj_model)
+        self._joint_places = _joint_inputs(robot, self.mj_model)
         self._limited = np.flatnonzero(self.mj_model.jnt_limited)
         self._forces = [change.force for change in self.changes if change.force is not None]
         self.reset()
@@ -100,8 +100,8 @@ class MujocoPlant:
 
     @property
     def inputs(self) -> Array:
-        """What pushes now: a wrench, force in world and torque in body axes, or forces along joints ``# (inputs,)``."""
-        return self._pushed.copy()
+        """What acts now: a wrench, force in world and torque in body axes, or forces along joints ``# (inputs,)``."""
+        return self._inputs.copy()
 
     @property
     def crashed(self) -> bool:
@@ -132,7 +132,7 @@ class MujocoPlant:
 
     @property
     def forces(self) -> Array:
-        """What changes and wrench push now, as ``xfrc_applied`` has it ``# (bodies, 6)``."""
+        """What changes and wrench apply now, as ``xfrc_applied`` has it ``# (bodies, 6)``."""
         self._apply_forces()
         applied: Array = self.mj_data.xfrc_applied.copy()
         return applied
@@ -149,12 +149,12 @@ class MujocoPlant:
         """
         values = np.asarray(wrench, dtype=np.float64)
         if values.shape != (self.layouts.inputs.size,):
-            raise ShapeError(f"a push has columns {self.layouts.inputs.columns}, found shape {values.shape}")
-        self._pushed, self._wrench = values, np.zeros(6)
+            raise ShapeError(f"a wrench has columns {self.layouts.inputs.columns}, found shape {values.shape}")
+        self._inputs, self._wrench = values, np.zeros(6)
         for place, value in zip(self._wrench_places, values, strict=True):
             if place >= 0:
                 self._wrench[place] = value
-        self._pushes = bool(self._wrench.any())
+        self._has_wrench = bool(self._wrench.any())
         for place, dof in self._joint_places.items():
             self.mj_data.qfrc_applied[dof] = values[place]
 
@@ -225,12 +225,12 @@ class MujocoPlant:
         if self._forces:
             # A physics step leaves positions and velocities of its beginning behind; the callbacks read the present.
             mujoco.mj_forward(self.mj_model, self.mj_data)
-        if self._pushes:
-            pushed, torque = self._wrench[:3], np.empty(3)
+        if self._has_wrench:
+            outer, torque = self._wrench[:3], np.empty(3)
             mujoco.mju_rotVecQuat(torque, self._wrench[3:], self.mj_data.qpos[3:7])
-            # MuJoCo pushes at the centre of one body, a wrench at that of the robot.
+            # MuJoCo's force acts at the centre of one body, a wrench at that of the robot.
             lever = self.mj_data.subtree_com[self._body] - self.mj_data.xipos[self._body]
-            self.mj_data.xfrc_applied[self._body] = [*pushed, *(torque + np.cross(lever, pushed))]
+            self.mj_data.xfrc_applied[self._body] = [*outer, *(torque + np.cross(lever, outer))]
         for force in self._forces:
             force(self.mj_model, self.mj_data)
 
@@ -274,8 +274,8 @@ def _require_same_robot(robot: Robot, other: mujoco.MjModel) -> None:
         )
 
 
-def _pushed_joints(robot: Robot, model: mujoco.MjModel) -> dict[int, int]:
-    """Degree of freedom of every input that pushes along a joint."""
+def _joint_inputs(robot: Robot, model: mujoco.MjModel) -> dict[int, int]:
+    """Degree of freedom of every input that is a force along a joint."""
     names = {push_column(model.joint(index).name): int(model.jnt_dofadr[index]) for index in range(model.njnt)}
     return {place: names[column] for place, column in enumerate(robot.layouts.inputs) if column in names}
 

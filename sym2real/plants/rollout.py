@@ -31,7 +31,7 @@ def rollout_mujoco(
             are within 0.1 mm of ten over 0.8 s of wild commands, and five times as fast.
 
     Raises:
-        ModelError: when the plant has command filters, a joint is pushed, or forces act on it and none are given: a
+        ModelError: when the plant has command filters, a force acts along a joint, or on it and none are given: a
             rollout has neither.
         ShapeError: when shapes do not fit.
     """

@@ -4,7 +4,7 @@
 
 Candidates are all products to degree 3 of states, actions, inputs and sine and cosine of declared angles; the terms
 are found by beam search on one Gram matrix (:mod:`sym2real.regression.search`), their number by an error on rows
-held back, and the numbers by a fit on all rows. Wrench inputs come last, from the pushed rows, in terms that vanish
+held back, and the numbers by a fit on all rows. Wrench inputs come last, from the rows under one, in terms that vanish
 without a wrench.
 """
 
@@ -24,7 +24,7 @@ from sym2real.regression.refit import Loss
 from sym2real.regression.selection import SearchSettings
 from sym2real.regression.stage import Stage
 from sym2real.regression.windows import FEWEST, Windows
-from sym2real.regression.wrench import pushed_rows, wrench_stage
+from sym2real.regression.wrench import rows_with_wrench, wrench_stage
 from sym2real.symbolic import Equations
 
 
@@ -85,15 +85,15 @@ class BeamSearch:
 
     def _fit(self, transitions: Transitions, start: Equations | None) -> Equations:
         variables = Variables.of(transitions.layouts, self.angles, self.cyclic)
-        plain = transitions.where(~pushed_rows(transitions, variables))
+        plain = transitions.where(~rows_with_wrench(transitions, variables))
         rows = [window for window in self.windows if len(Windows.of(plain, window).starts) >= FEWEST]
         bases = [self._base_stage(plain, variables, window) for window in rows or [1]]
-        push = wrench_stage(transitions, variables, self.search, self.loss, self.seed) if self.wrench else None
+        stage = wrench_stage(transitions, variables, self.search, self.loss, self.seed) if self.wrench else None
         expressions = {}
         for column in transitions.layouts.state:
             self.on_column(column)
             earlier = None if start is None else polynomial_of(start.next[column], column, variables)
-            expressions[column] = self._equation(column, bases, push, earlier)
+            expressions[column] = self._equation(column, bases, stage, earlier)
         return Equations(next=expressions, layouts=transitions.layouts, dt=transitions.dt)
 
     def _base_stage(self, plain: Transitions, variables: Variables, window: int) -> Stage:
@@ -109,33 +109,33 @@ class BeamSearch:
         )
 
     def _equation(
-        self, column: str, bases: Sequence[Stage], push: Stage | None, earlier: Polynomial | None
+        self, column: str, bases: Sequence[Stage], stage: Stage | None, earlier: Polynomial | None
     ) -> sympy.Expr:
         variables = bases[0].variables
         free, wrenched = _split(earlier, variables)
         room = self.nodes - (self.wrench_nodes if variables.wrench else 0)
-        found = [
+        candidates = [
             base.solve(column, base.increments(column), free, lambda terms: terms.nodes(column, variables) <= room)
             for base in bases
         ]
-        terms = found[0] if len(found) == 1 else _running_best(found, column, bases)
-        added = self._wrench_terms(column, terms, push, wrenched)
+        terms = candidates[0] if len(candidates) == 1 else _running_best(candidates, column, bases)
+        added = self._wrench_terms(column, terms, stage, wrenched)
         return (terms if added is None else terms + added).expression(column, variables)
 
     def _wrench_terms(
-        self, column: str, base: Polynomial, push: Stage | None, earlier: Polynomial | None
+        self, column: str, base: Polynomial, stage: Stage | None, earlier: Polynomial | None
     ) -> Polynomial | None:
-        if push is None:
+        if stage is None:
             return earlier if self.wrench else None
-        left = push.increments(column) - base.evaluate(push.values)
-        variables = push.variables
-        return push.solve(column, left, earlier, lambda terms: (base + terms).nodes(column, variables) <= self.nodes)
+        left = stage.increments(column) - base.evaluate(stage.values)
+        variables = stage.variables
+        return stage.solve(column, left, earlier, lambda terms: (base + terms).nodes(column, variables) <= self.nodes)
 
 
-def _running_best(found: Sequence[Polynomial], column: str, bases: Sequence[Stage]) -> Polynomial:
+def _running_best(candidates: Sequence[Polynomial], column: str, bases: Sequence[Stage]) -> Polynomial:
     longest = bases[-1]
     runs = FreeRuns(column, longest.variables, longest.transitions, longest.windows.rows)
-    return runs.fitted(plainest(found, [runs.squares(terms) for terms in found]))
+    return runs.fitted(plainest(candidates, [runs.squares(terms) for terms in candidates]))
 
 
 def _split(earlier: Polynomial | None, variables: Variables) -> tuple[Polynomial | None, Polynomial | None]:

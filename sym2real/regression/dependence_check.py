@@ -72,10 +72,10 @@ def require_dependence(
     table = dependence(equations, transitions, pairs)
     missing = [row for row in table if not row.holds]
     if missing:
-        found = "; ".join(f"{row.action} → {row.state}: {row.score:.2g} ({row.meaning})" for row in missing)
+        weak = "; ".join(f"{row.action} → {row.state}: {row.score:.2g} ({row.meaning})" for row in missing)
         raise ModelError(
             f"the equations cannot be steered: expected every score above its bar ({BAR:g}; 0 for the lift at hover), "
-            f"found {found}. Vary {' and '.join(sorted({row.action for row in missing}))} more in the training "
+            f"found {weak}. Vary {' and '.join(sorted({row.action for row in missing}))} more in the training "
             "trajectories (random commands held for 0.2 s), add trajectories, or learn from the noise-free simulator "
             "instead of recorded logs"
         )

@@ -20,7 +20,7 @@ from sym2real.trajectory import Array
 DIVERGED = 1e30
 STEPS = 10  # of Gauss and Newton
 STILL = 1e-6  # relative fall of the loss that ends them
-FAR_OFF = 3.0  # usual errors, from which on a run weighs less
+FAR_OFF = 3.0  # usual errors, from which on a run has less weight
 NEAR = 1e-6  # of a column's spread, for derivatives
 
 
@@ -131,17 +131,17 @@ class FreeRuns:
         return unit
 
 
-def plainest(found: Sequence[Polynomial], errors: Sequence[Array]) -> Polynomial:
+def plainest(models: Sequence[Polynomial], errors: Sequence[Array]) -> Polynomial:
     """That of fewest factors among those whose mean square error is the least, or higher by a standard error at most.
 
     The standard error is that of the difference, over runs that share no row (L. Breiman et al., Classification and
     Regression Trees, 1984, section 3.4.3).
 
     Args:
-        found: what a step adds.
+        models: what a step adds.
         errors: mean squares of every run by each ``# (runs,)``.
     """
     least = min(errors, key=lambda error: float(error.mean()))
     more = [error - least for error in errors]
-    near = [terms for terms, by in zip(found, more, strict=True) if by.mean() <= by.std() / np.sqrt(len(by) / OVERLAP)]
+    near = [terms for terms, by in zip(models, more, strict=True) if by.mean() <= by.std() / np.sqrt(len(by) / OVERLAP)]
     return min(near, key=lambda terms: int(terms.terms.powers.sum()))

@@ -22,7 +22,7 @@ from sym2real.dataset import Transitions
 from sym2real.errors import MissingDependencyError, ModelError
 from sym2real.regression.features import Variables
 from sym2real.regression.polynomial import generators
-from sym2real.regression.wrench import pushed_rows, with_wrench
+from sym2real.regression.wrench import rows_with_wrench, with_wrench
 from sym2real.symbolic import Equations, complexity, parse_expression, symbol
 from sym2real.trajectory import Array
 
@@ -83,7 +83,7 @@ class Operon:
         if importlib.util.find_spec("pyoperon") is None:
             raise MissingDependencyError(INSTALL)
         variables = Variables.of(transitions.layouts, self.angles)
-        rows = transitions.where(~pushed_rows(transitions, variables))
+        rows = transitions.where(~rows_with_wrench(transitions, variables))
         columns = list(rows.layouts.state)
         # Operon lets go of the interpreter while it searches.
         with ThreadPoolExecutor(self.threads or os.cpu_count()) as pool:

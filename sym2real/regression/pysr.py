@@ -25,7 +25,7 @@ from sym2real.dataset import Transitions
 from sym2real.errors import MissingDependencyError, ModelError
 from sym2real.regression.features import Variables
 from sym2real.regression.numeric import columns_of
-from sym2real.regression.wrench import pushed_rows, with_wrench
+from sym2real.regression.wrench import rows_with_wrench, with_wrench
 from sym2real.symbolic import Equations, complexity, parse_expression
 
 FACTORY, WORKER = "pysr:PySRRegressor", Path(__file__).with_name("pysr_worker.py")
@@ -102,7 +102,7 @@ class PySR:
             ModelError: when a search fails, or the worker has died.
         """
         variables = Variables.of(transitions.layouts, self.angles)
-        rows = transitions.where(~pushed_rows(transitions, variables))
+        rows = transitions.where(~rows_with_wrench(transitions, variables))
         columns = columns_of(rows)
         causes = [column for column in variables.columns if np.ptp(columns[column]) > 0]
         values = np.stack([columns[column] for column in causes], axis=1)

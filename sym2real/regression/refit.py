@@ -12,7 +12,7 @@ Loss = Literal["l1", "l2"]
 
 ITERATIONS = 50
 CONVERGED = 1e-10
-# Residuals below this share of the median one weigh alike, so that no weight becomes infinite.
+# Residuals below this share of the median one have the same weight, so that no weight becomes infinite.
 SMOOTHING = 1e-3
 
 

@@ -58,7 +58,7 @@ def residual_terms(
     Raises:
         ModelError: for fewer than ten windows of consecutive rows.
     """
-    variables, found = Variables.of(transitions.layouts, angles), {}
+    variables, increments = Variables.of(transitions.layouts, angles), {}
     with threadpool_limits(limits=1, user_api="blas"):  # small matrices: threads cost more than they gain
         stage = Stage(
             transitions,
@@ -77,5 +77,5 @@ def residual_terms(
         sizes = np.sqrt(np.mean(left**2, axis=0)), np.sqrt(np.mean(change**2, axis=0))
         for column, target, size, moved in zip(transitions.layouts.state, left.T, *sizes, strict=True):
             if size > SMALL * moved and len(terms := stage.solve(column, target, None, lambda _: True)):
-                found[column] = terms.increment(variables)
-    return found
+                increments[column] = terms.increment(variables)
+    return increments

@@ -134,7 +134,7 @@ def beam_search(
         correlation: products of the candidates with the target ``# (candidates,)``.
         energy: product of the target with itself.
         width: supports kept at every size.
-        branch: columns tried on each of them.
+        branch: candidate columns for each of them.
         limit: size to stop at.
         together: look for columns that explain only together, too: begin with the first one, the constant where there
             is one, as well, and drop columns again from the largest set on, since such are found late, behind others
@@ -142,27 +142,27 @@ def beam_search(
             feature selection", Pattern Recognition Letters 15, 1994).
     """
     beam = [empty_support(gram, correlation, energy)]
-    found: list[tuple[int, ...]] = [()]
+    supports: list[tuple[int, ...]] = [()]
     for _ in range(limit):
         children = _children(beam, branch)[:width]
         if not children:
             break
         beam = [beam[parent].with_column(column, gram) for _, parent, column in children]
-        if together and len(found) == 1:
+        if together and len(supports) == 1:
             beam.append(support_of((0,), gram, correlation, energy))
         best = exchanged(beam[0], gram, correlation, energy)
         if best is not beam[0]:
             beam = [best, *beam[: width - 1]]
-        found.append(best.columns)
-    return _backward(found, gram, correlation, energy) if together else found
+        supports.append(best.columns)
+    return _backward(supports, gram, correlation, energy) if together else supports
 
 
-def _backward(found: list[tuple[int, ...]], gram: Array, correlation: Array, energy: float) -> list[tuple[int, ...]]:
-    """At every size the better of what was found and of the next larger set without its least useful column."""
+def _backward(supports: list[tuple[int, ...]], gram: Array, correlation: Array, energy: float) -> list[tuple[int, ...]]:
+    """At every size the better of these sets and of the next larger set without its least useful column."""
 
-    better = list(found)
-    support = support_of(found[-1], gram, correlation, energy)
-    for size in range(len(found) - 1, 0, -1):
+    better = list(supports)
+    support = support_of(supports[-1], gram, correlation, energy)
+    for size in range(len(supports) - 1, 0, -1):
         losses, _ = without_each(support, correlation)
         least, smaller = int(np.argmin(losses)), support_of(better[size - 1], gram, correlation, energy)
         if losses[least] < smaller.loss:

@@ -40,7 +40,7 @@ class SearchSettings:
 
     Args:
         width: supports kept at every size.
-        branch: columns tried on each of them.
+        branch: candidate columns for each of them.
         terms: most terms in an equation.
         parsimony: what a term of degree 3 must lower ln(validation error) by, at least (see :func:`score`).
         growth: degree that chosen terms are multiplied up to.
@@ -123,14 +123,14 @@ class Pool:
 
     def choose(self, target: Array, settings: SearchSettings, *, noisy: bool) -> Choice:
         """The best set of terms for a target ``# (rows,)`` whose spread is 1; ``noisy`` as a ``Stage`` says."""
-        found = _supports(self.columns, self.gram, target, settings, noisy=noisy)
+        supports = _supports(self.columns, self.gram, target, settings, noisy=noisy)
         errors: Iterable[float] = (
             self._errors_of_size(target, settings)
             if noisy
-            else (validation_error(self.columns[:, list(support)], target, self.held) for support in found)
+            else (validation_error(self.columns[:, list(support)], target, self.held) for support in supports)
         )
         choices = []
-        for support, error in zip(found, errors, strict=False):  # a size that no half has is none that can be judged
+        for support, error in zip(supports, errors, strict=False):  # a size that no half has is none that can be judged
             terms = self.terms.where(list(support))
             choices.append(Choice(terms, error, score(error, terms, settings.parsimony, honest=noisy)))
         return min(choices, key=lambda choice: choice.score)

@@ -17,9 +17,9 @@ from sym2real.trajectory import Array
 
 # A warm start is searched again where the newest trajectory is predicted so much worse than the ones before.
 SURPRISE = 2.0
-# Rows further off than so many median errors weigh less in the second choice.
+# Rows further off than so many median errors have less weight in the second choice.
 FAR_OFF = 3.0
-# No row weighs less: the few rows that leave the calm region are what shows the terms that act there.
+# No row has less weight: the few rows that leave the calm region are what shows the terms that act there.
 LEAST_WEIGHT = 0.03
 
 
@@ -89,7 +89,7 @@ class Stage:
     def _chosen(self, target: Array, sign: Powers) -> Monomials:
         """Terms for a target ``# (windows,)`` of a sign pattern.
 
-        Chosen twice: rows that the first choice leaves far off weigh less in the second (Huber's weights), so that a
+        Chosen twice: rows that the first choice leaves far off have less weight in the second (Huber's), so that a
         few rows of another regime, such as wheels that slip, do not hide what the many obey.
         """
         spread = float(target.std())

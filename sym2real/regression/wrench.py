@@ -1,4 +1,4 @@
-"""Wrench inputs: terms that pushed rows add to equations, each zero where there is no wrench."""
+"""Wrench inputs: terms that rows under a wrench add to equations, each zero where there is no wrench."""
 
 from __future__ import annotations
 
@@ -24,27 +24,27 @@ FEWEST_ROWS = 20
 DEGREE = 3
 
 
-def pushed_rows(transitions: Transitions, variables: Variables) -> NDArray[np.bool_]:
+def rows_with_wrench(transitions: Transitions, variables: Variables) -> NDArray[np.bool_]:
     """Where the wrench is not zero ``# (rows,)``.
 
     Raises:
         ModelError: when fewer than 20 rows are without wrench.
     """
-    pushed: NDArray[np.bool_] = (variables.wrench_of(transitions) != 0).any(axis=1)
-    if (~pushed).sum() < FEWEST_ROWS:
-        raise ModelError(f"expected at least {FEWEST_ROWS} transitions without wrench, found {(~pushed).sum()}")
-    return pushed
+    wrenched: NDArray[np.bool_] = (variables.wrench_of(transitions) != 0).any(axis=1)
+    if (~wrenched).sum() < FEWEST_ROWS:
+        raise ModelError(f"expected at least {FEWEST_ROWS} transitions without wrench, found {(~wrenched).sum()}")
+    return wrenched
 
 
 def wrench_stage(
     transitions: Transitions, variables: Variables, search: SearchSettings, loss: Loss, seed: int
 ) -> Stage | None:
-    """Rows and candidates of the wrench terms; None where hardly any row is pushed."""
-    pushed = pushed_rows(transitions, variables)
-    if pushed.sum() < FEWEST_ROWS:
+    """Rows and candidates of the wrench terms; None where hardly any row is under a wrench."""
+    wrenched = rows_with_wrench(transitions, variables)
+    if wrenched.sum() < FEWEST_ROWS:
         return None
     return Stage(
-        transitions.where(pushed),
+        transitions.where(wrenched),
         variables,
         _candidates(variables),
         search=search,
@@ -56,7 +56,7 @@ def wrench_stage(
 def with_wrench(
     equations: Equations, transitions: Transitions, variables: Variables, nodes: int, seed: int
 ) -> Equations:
-    """Equations of any engine and the wrench terms that beam search finds for what they leave of the pushed rows."""
+    """Equations of any engine and the wrench terms that beam search finds for what they leave of rows under one."""
     stage = wrench_stage(transitions, variables, SearchSettings(), "l1", seed)
     if stage is None:
         return equations

@@ -42,7 +42,7 @@ def against_rolling(model: mujoco.MjModel, wheels: Wheels) -> list[str]:
 
 
 def beside_joints(model: mujoco.MjModel) -> dict[str, bool]:
-    """What may push, of which no equations here know, and whether it does."""
+    """Forces of which no equations here know, and whether they act."""
     by_joint = (model.actuator_trntype == columns.BY_JOINT).all() and not model.actuator_dyntype.any()
     return {"an actuator with a filter, or on no joint": not by_joint} | forces_beside(model)
 

@@ -51,7 +51,7 @@ def _rigid_body() -> Equations:
     return quadrotor(MASS, INERTIA, rate_gains=RATE_GAINS, dt=0.02)
 
 
-# A push may use half of the torque that the rate loop has at full command.
+# A wrench may use half of the torque that the rate loop has at full command.
 _TORQUES = tuple(
     0.5 * inertia * gain * limit for inertia, gain, limit in zip(INERTIA, RATE_GAINS, RATE_LIMITS, strict=True)
 )

@@ -57,7 +57,7 @@ class Description:
             appended to them does not matter.
         to_coordinates: state ``# (state,)`` → qpos ``# (nq,)`` and qvel ``# (nv,)``.
         to_control: actions ``# (..., action)`` → actuator controls of the description ``# (..., nu)``.
-        body: name of the free body that a wrench pushes; "" for a robot without one.
+        body: name of the free body that a wrench acts on; "" for a robot without one.
         crash: what ends an episode: touching anything, rolling over by 60°, leaving a joint's range, or nothing.
         coarse_substeps: physics steps per control period that are enough for planning; 0 for those of the simulator.
         quantities: names that its nominal equations derive, for effects.

@@ -11,20 +11,20 @@ from sym2real.trajectory import Array
 
 def braking(model: mujoco.MjModel) -> Array:
     """Damping of every degree of freedom with its servos' gains of the rate, N s/m or N m s ``# (nv,)``."""
-    found: Array = np.array(model.dof_damping, dtype=np.float64)
+    damping: Array = np.array(model.dof_damping, dtype=np.float64)
     for index in np.flatnonzero(model.actuator_trntype == BY_JOINT):
         dof = model.jnt_dofadr[model.actuator_trnid[index, 0]]
-        found[dof] -= model.actuator_biasprm[index, 2] * model.actuator_gear[index, 0] ** 2
-    return found
+        damping[dof] -= model.actuator_biasprm[index, 2] * model.actuator_gear[index, 0] ** 2
+    return damping
 
 
 def strengths(model: mujoco.MjModel, actuators: Sequence[int], most: Array) -> dict[str, float]:
-    """What the actuators of each joint J can push, told at most so much ``# (action,)``: ``J_strength``, N or N m."""
-    found: dict[str, float] = {}
-    for index, told in zip(actuators, most, strict=True):
+    """Largest force on each joint J of actuators under so much command ``# (action,)``: ``J_strength``, N or N m."""
+    forces: dict[str, float] = {}
+    for index, command in zip(actuators, most, strict=True):
         if model.actuator_trntype[index] == BY_JOINT:
             limit = np.abs(model.actuator_forcerange[index]).max() if model.actuator_forcelimited[index] else np.inf
-            pushed = abs(model.actuator_gear[index, 0]) * min(limit, abs(model.actuator_gainprm[index, 0] * told))
+            force = abs(model.actuator_gear[index, 0]) * min(limit, abs(model.actuator_gainprm[index, 0] * command))
             key = f"{model.joint(int(model.actuator_trnid[index, 0])).name}_strength"
-            found[key] = found.get(key, 0.0) + float(pushed)
-    return found
+            forces[key] = forces.get(key, 0.0) + float(force)
+    return forces

@@ -1,4 +1,4 @@
-"""First-principles equations of a rotorcraft from its MJCF: one free body, and motors that push at its sites.
+"""First-principles equations of a rotorcraft from its MJCF: one free body, and motors that act at its sites.
 
 What :func:`sym2real.robots.nominal_quadrotor.quadrotor` needs is in the compiled file: mass and moments in the free
 joint's matrix of masses, places of rotors at sites, thrust and reaction torque in gain and gear of their actuators.
@@ -103,20 +103,20 @@ class Rotorcraft:
 
 def against_flying(model: mujoco.MjModel, data: Any, actions: Mapping[str, str]) -> list[str]:
     """What keeps a robot with a free joint from being a rotorcraft with equations here; empty for one that is none."""
-    found = [model.actuator(name).id for name in actions]
-    at_sites = bool(found) and (model.actuator_trntype[found] == mujoco.mjtTrn.mjTRN_SITE).all()
+    actuators = [model.actuator(name).id for name in actions]
+    at_sites = bool(actuators) and (model.actuator_trntype[actuators] == mujoco.mjtTrn.mjTRN_SITE).all()
     wrong = {
         f"joints beside the free one (on wheels its state is {' '.join(STATE)})": model.njnt > 1,
         "actuators that are not at sites": not at_sites,
-        "an actuator that is told more than a force": bool(
+        "an actuator that is commanded more than a force": bool(
             model.actuator_biastype.any() or model.actuator_dyntype.any()
         ),
-        f"actuators that are not called {', '.join(MOTOR_COLUMNS[: len(found)])} ({NAMED})": [*actions.values()]
-        != [*MOTOR_COLUMNS[: len(found)]],
+        f"actuators that are not called {', '.join(MOTOR_COLUMNS[: len(actuators)])} ({NAMED})": [*actions.values()]
+        != [*MOTOR_COLUMNS[: len(actuators)]],
         f"a gravity that is not {GRAVITY:g} m/s² along z down": not np.allclose(
             model.opt.gravity, (0.0, 0.0, -GRAVITY), atol=ALIKE * GRAVITY
         ),
-        "rotors whose force ends before their command does": _ends_early(model, found),
+        "rotors whose force ends before their command does": _ends_early(model, actuators),
         "a damping of the free joint": model.dof_damping[
             model.dof_jntid == np.argmax(model.jnt_type == columns.FREE)
         ].any(),
@@ -124,7 +124,7 @@ def against_flying(model: mujoco.MjModel, data: Any, actions: Mapping[str, str])
     wrong |= forces_beside(model)
     if any(wrong.values()):
         return [what for what, holds in wrong.items() if holds]
-    craft = Rotorcraft.of(model, data, found)
+    craft = Rotorcraft.of(model, data, actuators)
     moments, thrusts = craft.inertia.diagonal(), craft.thrusts
     aside = max(np.abs(craft.forces[:, :2]).max(), np.ptp(thrusts))
     askew = np.abs(craft.inertia - np.diag(moments)).max()
@@ -154,6 +154,6 @@ def flying(model: mujoco.MjModel, data: Any, actions: Mapping[str, str], dt: flo
     Raises:
         ModelError: for what these equations do not cover, naming it.
     """
-    if found := against_flying(model, data, actions):
-        raise ModelError(f"expected a free body with rotors at its sites, found {' and '.join(found)}: {LEARN}")
+    if reasons := against_flying(model, data, actions):
+        raise ModelError(f"expected a free body with rotors at its sites, found {' and '.join(reasons)}: {LEARN}")
     return Rotorcraft.of(model, data, [model.actuator(name).id for name in actions]).equations(dt)

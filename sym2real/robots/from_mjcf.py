@@ -29,8 +29,8 @@ if TYPE_CHECKING:
     from sym2real.symbolic import Equations
 
 PERIOD = 0.02  # s, about
-# Accelerations (m/s², rad/s²) that pushes reach along a joint; a wrench's share of the weight, and its lever in m.
-PUSHED, PUSHED_SHARE, LEVER = 3.0, 0.3, 0.02
+# Accelerations (m/s², rad/s²) that forces reach along a joint; a wrench's share of the weight, and its lever in m.
+REACHED_ACCELERATION, WRENCH_SHARE, LEVER = 3.0, 0.3, 0.02
 # Parts of the commands' range: MPPI's noise, and dither.
 NOISE, DITHER = 0.15, 0.02
 HORIZON = 40  # control periods
@@ -104,7 +104,7 @@ def from_mjcf(
         name=name or Path(file).stem,
         layouts=layouts,
         dt=period,
-        limits=Limits(low, high, push=_pushes(layouts.inputs, own)),
+        limits=Limits(low, high, push=_input_limits(layouts.inputs, own)),
         description=Description(
             mjcf=file,
             physics_dt=float(model.opt.timestep),
@@ -209,9 +209,9 @@ def default_recipe(
     Of a robot in a plane paths, and its turning rate. ``span`` is that of the commands ``# (action,)``; a robot that is
     ``described`` has first-principles equations, which are its base.
     """
-    found = {column: model.actuator(name).id for name, column in actions.items()}
+    driven = {column: model.actuator(name).id for name, column in actions.items()}
     by_joint = {
-        column: actuator for column, actuator in found.items() if model.actuator_trntype[actuator] == columns.BY_JOINT
+        column: actuator for column, actuator in driven.items() if model.actuator_trntype[actuator] == columns.BY_JOINT
     }
     moved = [
         (rate_column(model.joint(int(model.actuator_trnid[actuator, 0])).name), column)
@@ -219,7 +219,7 @@ def default_recipe(
     ]
     on_paths = HEADING.columns[0] in state
     if on_paths:
-        moved = [(RATE.columns[2], column) for column in found]
+        moved = [(RATE.columns[2], column) for column in driven]
     return Recipe(
         tasks=(("circle", {}), ("lemniscate", {})) if on_paths else (("regulate", {}),),
         base="nominal" if described else "episodes",
@@ -263,20 +263,20 @@ def _joint_numbers(model: mujoco.MjModel, masses: Array) -> dict[str, float]:
     single = [joint for joint in range(model.njnt) if model.jnt_type[joint] != columns.FREE]
     places = {model.joint(joint).name: model.jnt_dofadr[joint] for joint in single}
     held, free = masses.diagonal(), 1.0 / np.linalg.pinv(masses, hermitian=True).diagonal()
-    found = {f"{name}_inertia": float(held[place]) for name, place in places.items()}
-    found |= {f"{name}_alone": float(free[place]) for name, place in places.items()}
+    numbers = {f"{name}_inertia": float(held[place]) for name, place in places.items()}
+    numbers |= {f"{name}_alone": float(free[place]) for name, place in places.items()}
     brakes = braking(model)
-    return found | {f"{name}_braking": float(brakes[place]) for name, place in places.items()}
+    return numbers | {f"{name}_braking": float(brakes[place]) for name, place in places.items()}
 
 
 def _ranges(action: Layout, low: Array, high: Array) -> dict[str, float]:
     return {f"{column}_range": float(span) for column, span in zip(action, high - low, strict=True)}
 
 
-def _pushes(inputs: Layout, numbers: Mapping[str, float]) -> dict[str, float]:
-    weight = PUSHED_SHARE * GRAVITY * numbers["mass"]
+def _input_limits(inputs: Layout, numbers: Mapping[str, float]) -> dict[str, float]:
+    weight = WRENCH_SHARE * GRAVITY * numbers["mass"]
     wrench = {column: weight if column.startswith("f") else LEVER * weight for column in inputs}
-    along = {push_column(key.removesuffix("_inertia")): PUSHED * value for key, value in numbers.items()}
+    along = {push_column(key.removesuffix("_inertia")): REACHED_ACCELERATION * value for key, value in numbers.items()}
     return {column: along.get(column, wrench[column]) for column in inputs}
 
 

@@ -17,7 +17,7 @@ from sym2real.vocabulary import armature_quantity, damping_quantity, friction_qu
 
 @dataclass(frozen=True, eq=False)
 class Forces:
-    """Along the joints: pushes, springs, dampers and actuators, and dry friction against what these leave.
+    """Along the joints: external forces, springs, dampers and actuators, and dry friction against what these leave.
 
     Args:
         model: the compiled file.
@@ -40,26 +40,26 @@ class Forces:
         for number, link in enumerate(self.links):
             force[number] += -symbol(damping_quantity(link.joint)) * rate[number]
             force[number] += -as_expression(link.stiffness) * (place[number] - as_expression(link.rest))
-        pushed = np.zeros(len(joints), dtype=int).astype(object)
+        actuation = np.zeros(len(joints), dtype=int).astype(object)
         for index in range(self.model.nu):
             name = self.model.actuator(index).name
             control = symbol(self.actions[name]) if name in self.actions else Integer(0)
             joint = joints[self.model.joint(int(self.model.actuator_trnid[index, 0])).name]
-            pushed[joint] += self._given(index, control, place[joint], rate[joint])
+            actuation[joint] += self._given(index, control, place[joint], rate[joint])
         for number, link in enumerate(self.links):
             joint = self.model.joint(link.joint).id
             if self.model.jnt_actfrclimited[joint]:
-                pushed[number] = _within(pushed[number], self.model.jnt_actfrcrange[joint])
-        return force + pushed
+                actuation[number] = _within(actuation[number], self.model.jnt_actfrcrange[joint])
+        return force + actuation
 
     def held(self, rate: Sequence[Expr], other: Values) -> Values:
         """Other forces ``# (n,)``, and dry friction against the rates and what these ask for."""
-        found = other.copy()
+        forces = other.copy()
         for number, link in enumerate(self.links):
             friction = symbol(friction_quantity(link.joint))
             moved = self.moved[number] - link.armature + symbol(armature_quantity(link.joint))
-            found[number] += dry_friction(friction, rate[number], self.dt, moved, other[number])
-        return found
+            forces[number] += dry_friction(friction, rate[number], self.dt, moved, other[number])
+        return forces
 
     def _given(self, index: int, control: Expr, place: Expr, rate: Expr) -> Expr:
         """By an actuator's gain and bias, within its limits."""

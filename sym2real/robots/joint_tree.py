@@ -73,7 +73,7 @@ class Link:
 
 def links_of(model: mujoco.MjModel) -> list[Link]:
     """Joints in MuJoCo's order, each with the bodies that move with it; several joints of a body follow each other."""
-    found: list[Link] = []
+    links: list[Link] = []
     # Of every body: the link that carries it, and the way from that link's axes to the body's.
     carried = {0: (-1, Transform(np.eye(3, dtype=int).astype(object), exact(np.zeros(3))))}
     for body in range(1, model.nbody):
@@ -83,14 +83,14 @@ def links_of(model: mujoco.MjModel) -> list[Link]:
             turns = bool(model.jnt_type[joint] == columns.HINGE)
             anchor = exact(model.jnt_pos[joint]) if turns else exact(np.zeros(3))
             fixed = Transform(here.turn, here.place + here.turn.T @ anchor)
-            found.append(_link(model, joint, parent, fixed))
-            parent, here = len(found) - 1, Transform(np.eye(3, dtype=int).astype(object), -anchor)
+            links.append(_link(model, joint, parent, fixed))
+            parent, here = len(links) - 1, Transform(np.eye(3, dtype=int).astype(object), -anchor)
         carried[body] = (parent, here)
         if parent >= 0:
-            link = found[parent]
+            link = links[parent]
             times = symbol(link_mass_quantity(link.joint))
-            found[parent] = replace(link, inertia=link.inertia + _body_inertia(model, body, here, times))
-    return found
+            links[parent] = replace(link, inertia=link.inertia + _body_inertia(model, body, here, times))
+    return links
 
 
 def _link(model: mujoco.MjModel, joint: int, parent: int, fixed: Transform) -> Link:

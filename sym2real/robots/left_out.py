@@ -32,18 +32,18 @@ def left_out_of(model: mujoco.MjModel) -> tuple[str, ...]:
     return (*touch, *([f"{STOPS}: {_some(stops)}"] if stops else []))
 
 
-def left_out_said(model: Equations | None, data: Dataset) -> list[str]:
+def left_out_notes(model: Equations | None, data: Dataset) -> list[str]:
     """The note on contacts, and one on ends that the logs reach; none where nobody has equations."""
     if model is None:
         return []
-    said = [note for note in model.notes if note.startswith(CONTACTS)]
+    notes = [note for note in model.notes if note.startswith(CONTACTS)]
     robot = robot_of(model) if any(note.startswith(STOPS) for note in model.notes) else None
     met = []
     for column, (low, high) in (robot.ranges if robot is not None else {}).items():
         near = AT_A_STOP * (high - low)
         places = np.concatenate([log.column(column) for log in data]) if column in data.layouts.state else np.empty(0)
         met += [column] if ((places < low + near) | (places > high - near)).any() else []
-    return [*said, *([f"the logs reach what is not in the equations: end stops of {', '.join(met)}"] if met else [])]
+    return [*notes, *([f"the logs reach what is not in the equations: end stops of {', '.join(met)}"] if met else [])]
 
 
 def _body(model: mujoco.MjModel, body: int) -> str:

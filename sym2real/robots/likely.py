@@ -22,13 +22,13 @@ class Likely:
     unit: str
     of: str
 
-    def said(self, name: str, value: float) -> list[str]:
+    def sentences(self, name: str, value: float) -> list[str]:
         """A sentence where a value is beyond it."""
         if value <= self.most:
             return []
         meant = [f"{value * worth:.3g} {self.unit} if it is in {unit}" for unit, worth in SMALLER[self.unit].items()]
-        found = f"{name} {value:.4g} {self.unit}: more than {self.most:.3g} {self.unit}, {self.of}"
-        return [f"{found}; is the unit right? ({', '.join(meant)})"]
+        excess = f"{name} {value:.4g} {self.unit}: more than {self.most:.3g} {self.unit}, {self.of}"
+        return [f"{excess}; is the unit right? ({', '.join(meant)})"]
 
 
 # Class C3 of Regulation (EU) 2019/945: below 25 kg and 3 m across.
@@ -44,11 +44,11 @@ def unlikely_in_quadrotor(mass: float, numbers: Mapping[str, float]) -> list[str
     """A sentence for each SI number that no quadrotor has; most inertia is all of its mass at its arms' ends."""
     moment = Likely(mass * ARM.most**2, "kg m²", "that of all its mass at the ends of the longest arms")
     known = {"arm": ARM, **dict.fromkeys(("jx", "jy", "jz"), moment)}
-    found = [line for name, limit in known.items() if name in numbers for line in limit.said(name, numbers[name])]
-    return [*WEIGHT.said("mass", mass), *found]
+    beyond = [line for name, limit in known.items() if name in numbers for line in limit.sentences(name, numbers[name])]
+    return [*WEIGHT.sentences("mass", mass), *beyond]
 
 
 def unlikely_in_car(wheelbase: float, mass: float) -> list[str]:
     """The same of a car, in m and kg."""
     weight = Likely(DENSEST * wheelbase**3, "kg", "that of water in a cube of its wheelbase")
-    return [*WHEELBASE.said("wheelbase", wheelbase), *weight.said("mass", mass)]
+    return [*WHEELBASE.sentences("wheelbase", wheelbase), *weight.sentences("mass", mass)]

@@ -46,8 +46,8 @@ FREE, BALL, SLIDE, HINGE = (
 )
 BY_JOINT = int(mujoco.mjtTrn.mjTRN_JOINT)
 POSES = 256  # over the ranges of joints, at which inertias and contacts are looked at
-# Field of the actions, and its unit, of an actuator on a slide and of one on a hinge, by what it is told.
-TOLD = {
+# Field of the actions, and its unit, of an actuator on a slide and of one on a hinge, by its command.
+COMMANDED = {
     "force": (("actuator force", "N"), ("actuator torque", "N m")),
     "position": (("displacement target", "m"), ("angle target", "rad")),
     "velocity": (("speed target", "m/s"), ("rate target", "rad/s")),
@@ -117,16 +117,16 @@ def state_columns(model: mujoco.MjModel) -> dict[str, tuple[Field, int]]:
     kinds = model.jnt_type.tolist()
     if BALL in kinds or kinds.count(FREE) > 1:
         raise ModelError("expected hinges, slides and at most one free joint, found a ball or several free joints")
-    found: dict[str, tuple[Field, int]] = {}
+    fields: dict[str, tuple[Field, int]] = {}
     places = zip(model.jnt_qposadr.tolist(), (model.nq + model.jnt_dofadr).tolist(), strict=True)
     for name, kind, (at, dof) in zip(names_of(model, "joint"), kinds, places, strict=True):
         if kind == FREE:
             for field, first in ((POSITION, at), (ATTITUDE, at + 3), (VELOCITY, dof), (RATE, dof + 3)):
-                found |= {column: (field, first + place) for place, column in enumerate(field.columns)}
+                fields |= {column: (field, first + place) for place, column in enumerate(field.columns)}
         else:
             place, speed = (JOINT_ANGLE, JOINT_RATE) if kind == HINGE else (JOINT_DISPLACEMENT, JOINT_SPEED)
-            found |= {name: (place, at), rate_column(name): (speed, dof)}
-    return found
+            fields |= {name: (place, at), rate_column(name): (speed, dof)}
+    return fields
 
 
 def layout_of(columns: Iterable[tuple[str, Field]]) -> Layout:
@@ -138,7 +138,7 @@ def layout_of(columns: Iterable[tuple[str, Field]]) -> Layout:
 
 
 def inputs_of(model: mujoco.MjModel) -> Layout:
-    """What may push: the wrench of a free body, and a force or torque along every hinge and slide."""
+    """External forces: the wrench of a free body, and a force or torque along every hinge and slide."""
     joints = zip(names_of(model, "joint"), model.jnt_type.tolist(), strict=True)
     fields = [
         (push_column(name), JOINT_TORQUE if kind == HINGE else JOINT_FORCE) for name, kind in joints if kind != FREE
@@ -161,8 +161,8 @@ def loaded_sites(model: mujoco.MjModel) -> list[int]:
     return [site for site in range(model.nsite) if moves[site] and is_name(model.site(site).name)]
 
 
-def told(model: mujoco.MjModel, actuator: int) -> str:
-    """What an actuator is told: a force, a position or a velocity, by its gain and bias."""
+def command_kind(model: mujoco.MjModel, actuator: int) -> str:
+    """What an actuator is commanded: a force, a position or a velocity, by its gain and bias."""
     gain, bias = model.actuator_gainprm[actuator, 0], model.actuator_biasprm[actuator]
     if bias[1] and np.isclose(bias[1], -gain):
         return "position"
@@ -170,7 +170,7 @@ def told(model: mujoco.MjModel, actuator: int) -> str:
 
 
 def actions_of(model: mujoco.MjModel, wanted: Mapping[str, str]) -> Layout:
-    """One column per wanted actuator, with the unit of what it is told; motor1, motor2 … are rotors."""
+    """One column per wanted actuator, with the unit of its command; motor1, motor2 … are rotors."""
     known, columns = names_of(model, "actuator"), []
     if taken := sorted({*wanted.values()} & ({*known} - {*wanted})):
         raise ModelError(f"expected columns that are called like no other actuator, found {', '.join(taken)}")
@@ -188,12 +188,12 @@ def actions_of(model: mujoco.MjModel, wanted: Mapping[str, str]) -> Layout:
 
 def _quantity_of(model: mujoco.MjModel, actuator: int) -> tuple[str, str]:
     """Field and unit of a control: of a force before its gear, which on a slide may be a turning motor's."""
-    joint, kind = int(model.actuator_trnid[actuator, 0]), told(model, actuator)
+    joint, kind = int(model.actuator_trnid[actuator, 0]), command_kind(model, actuator)
     on_joint = model.actuator_trntype[actuator] == BY_JOINT
     gain = abs(model.actuator_gainprm[actuator, 0] * model.actuator_gear[actuator, 0])
     if on_joint and model.jnt_type[joint] == SLIDE and kind == "force" and not np.isclose(gain, 1.0):
         return "actuator command", "1"
-    return TOLD[kind][int(on_joint and model.jnt_type[joint] == HINGE)]
+    return COMMANDED[kind][int(on_joint and model.jnt_type[joint] == HINGE)]
 
 
 def ranges_of(model: mujoco.MjModel, actuators: Sequence[int]) -> tuple[Array, Array]:
@@ -204,24 +204,24 @@ def ranges_of(model: mujoco.MjModel, actuators: Sequence[int]) -> tuple[Array, A
     Raises:
         ModelError: for one that has none.
     """
-    found = []
+    limits = []
     for index in actuators:
         joint, gain = int(model.actuator_trnid[index, 0]), model.actuator_gainprm[index, 0]
         on_joint = model.actuator_trntype[index] == BY_JOINT
-        placed = told(model, index) == "position" and on_joint and model.jnt_limited[joint]
+        placed = command_kind(model, index) == "position" and on_joint and model.jnt_limited[joint]
         # A servo compares its control with the joint's place times the gear.
         reach = np.sort(model.jnt_range[joint] * model.actuator_gear[index, 0]) if placed else (-np.inf, np.inf)
         if model.actuator_ctrllimited[index]:
             both = np.clip(model.actuator_ctrlrange[index], *reach)
-            found.append(both if both[0] < both[1] else model.actuator_ctrlrange[index])
-        elif told(model, index) == "force" and model.actuator_forcelimited[index]:
-            found.append(np.sort(model.actuator_forcerange[index] / gain))
+            limits.append(both if both[0] < both[1] else model.actuator_ctrlrange[index])
+        elif command_kind(model, index) == "force" and model.actuator_forcelimited[index]:
+            limits.append(np.sort(model.actuator_forcerange[index] / gain))
         elif placed:
-            found.append(reach)
+            limits.append(reach)
         else:
             name = model.actuator(index).name
             raise ModelError(f"actuator {name!r}: expected a ctrlrange, or a forcerange of a motor, found neither")
-    ranges = np.array(found, dtype=np.float64)
+    ranges = np.array(limits, dtype=np.float64)
     return ranges[:, 0], ranges[:, 1]
 
 

@@ -1,4 +1,4 @@
-"""Rotors of a rotorcraft: what they push and turn.
+"""Rotors of a rotorcraft: their forces and torques.
 
 By default four, with positions, directions and numbers as in the Crazyflie firmware's
 ``power_distribution_quadrotor.c``, seen from above with x forward and y left::
@@ -23,7 +23,7 @@ MotorUnit = Literal["command", "rad/s"]
 
 @dataclass(frozen=True)
 class Motors:
-    """Rotors in one plane, all pushing along body z.
+    """Rotors in one plane, all with thrust along body z.
 
     Args:
         unit: "command" for numbers 0–1, "rad/s" for speeds.

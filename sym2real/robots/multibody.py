@@ -2,11 +2,11 @@
 
 Continuous time, for coordinates q and their rates::
 
-    M(q) q̈ + c(q, q̇) = τ        τ = actuators + springs and dampers of the joints + pushes
+    M(q) q̈ + c(q, q̇) = τ        τ = actuators + springs and dampers of the joints + external forces
 
 M by the composite-rigid-body algorithm, c by recursive Newton–Euler (:mod:`sym2real.robots.spatial`), q̈ by
 elimination. Discrete time: the classical Runge–Kutta method in as many parts of a period as the joint needs that brakes
-fastest, in whatever pose, actions and pushes held: local error fifth order. Every lengthy intermediate result has a
+fastest, in whatever pose, actions and forces held: local error fifth order. Every lengthy intermediate result has a
 name.
 
 Effects bind to these quantities: ``gravity_x``, ``gravity_y``, ``gravity_z`` (m/s², world axes); of joint J
@@ -66,10 +66,10 @@ def multibody(model: mujoco.MjModel, layouts: Layouts, actions: Mapping[str, str
     Raises:
         ModelError: for what these equations do not cover, naming it.
     """
-    if found := against_tree(model, layouts.state):
+    if reasons := against_tree(model, layouts.state):
         raise ModelError(
             "expected a robot of hinges and slides that the state holds, with actuators on joints, found "
-            f"{' and '.join(found)}: {LEARN}"
+            f"{' and '.join(reasons)}: {LEARN}"
         )
     links = links_of(model)
     brakes = np.diag(braking(model))
@@ -124,8 +124,8 @@ def _used(quantities: Mapping[str, Expr], following: Mapping[str, Expr], kept: S
 
 
 def _named(build: Build, link: Link, coordinate: Expr) -> Transform:
-    found = link.transform(coordinate)
-    return Transform(build.each(f"turn_{link.joint}", found.turn), build.each(f"place_{link.joint}", found.place))
+    placed = link.transform(coordinate)
+    return Transform(build.each(f"turn_{link.joint}", placed.turn), build.each(f"place_{link.joint}", placed.place))
 
 
 def _bias(build: Build, links: Sequence[Link], transforms: Sequence[Transform], rate: Values) -> Values:
@@ -146,11 +146,11 @@ def _bias(build: Build, links: Sequence[Link], transforms: Sequence[Transform], 
         acceleration = (lifted[0] + turning[0], lifted[1] + turning[1])
         velocities.append(_short_pair(build, f"velocity_{link.joint}", velocity))
         accelerations.append(_short_pair(build, f"lift_{link.joint}", acceleration))
-        pushed, carried_on = (
+        inertial, coriolis = (
             link.inertia.times(accelerations[-1]),
             force_cross(velocities[-1], link.inertia.times(velocities[-1])),
         )
-        forces.append((pushed[0] + carried_on[0], pushed[1] + carried_on[1]))
+        forces.append((inertial[0] + coriolis[0], inertial[1] + coriolis[1]))
     bias = np.empty(len(links), dtype=object)
     for number in reversed(range(len(links))):
         link, force = links[number], _short_pair(build, f"force_{links[number].joint}", forces[number])

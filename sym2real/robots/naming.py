@@ -25,7 +25,7 @@ def give_names(spec: mujoco.MjSpec) -> dict[str, str]:
     joints = [joint for joint in spec.joints if joint.type != free and joint.name not in bound]
     named = _given("joint", [(joint, f"{joint.parent.name}_joint".lstrip("_")) for joint in joints])
     _follow(spec, mujoco.mjtObj.mjOBJ_JOINT, named)
-    driven = [(one, one.target if one.trntype in ON_JOINT else "actuator") for one in spec.actuators]
+    driven = [(drive, drive.target if drive.trntype in ON_JOINT else "actuator") for drive in spec.actuators]
     moved = _given("actuator", driven)
     _follow(spec, mujoco.mjtObj.mjOBJ_ACTUATOR, moved)
     return named | moved
@@ -38,7 +38,7 @@ def named_in(file: Path) -> dict[str, str]:
 
 def _given(kind: str, elements: list[tuple[Any, str]]) -> dict[str, str]:
     """Give names where there is none that can be a column; by default those beside them."""
-    taken, found = {element.name for element, _ in elements}, {}
+    taken, renamed = {element.name for element, _ in elements}, {}
     for number, (element, default) in enumerate(elements):
         if is_name(element.name):
             continue
@@ -50,8 +50,8 @@ def _given(kind: str, elements: list[tuple[Any, str]]) -> dict[str, str]:
             new = f"{plain}_{count}"
         taken.add(new)
         label = f"{kind} {element.name}" if element.name else f"unnamed {kind} {number}"
-        found[label] = element.name = new
-    return found
+        renamed[label] = element.name = new
+    return renamed
 
 
 def _follow(spec: mujoco.MjSpec, kind: mujoco.mjtObj, named: dict[str, str]) -> None:

@@ -24,7 +24,7 @@ from sym2real.robots.rigid_body import FirstOrder
 from sym2real.symbolic import Equations, symbol
 from sym2real.vocabulary import CarCommand
 
-STATE, PUSH = Layout.of(("x", "y", "sin_yaw", "cos_yaw", "vx", "vy", "wz")), Layout.of(("fx", "fy", "tz"))
+STATE, WRENCH = Layout.of(("x", "y", "sin_yaw", "cos_yaw", "vx", "vy", "wz")), Layout.of(("fx", "fy", "tz"))
 
 
 def car(
@@ -75,7 +75,7 @@ def car(
     speed, mean = _speeds(symbol(command), pull, forward, None if command == "acceleration" else time_constant, dt)
     return Equations(
         next=along_the_arc(symbol("next_speed") * curvature),
-        layouts=Layouts(STATE, Layout.of(("steer", command)), PUSH),
+        layouts=Layouts(STATE, Layout.of(("steer", command)), WRENCH),
         dt=dt,
         quantities={
             "next_speed": speed,

@@ -69,9 +69,9 @@ class _Build:
 
     def equations(self, layouts: Layouts, dt: float, robot: str) -> Equations:
         """What was built."""
-        found = self.quantities
+        quantities = self.quantities
         notes = (*self.notes, *unlikely_in_quadrotor(self.numbers["mass"], self.numbers))
-        return Equations(self.next, layouts, dt, quantities=found, robot=robot, notes=notes, numbers=self.numbers)
+        return Equations(self.next, layouts, dt, quantities=quantities, robot=robot, notes=notes, numbers=self.numbers)
 
 
 def quadrotor(
@@ -94,7 +94,7 @@ def quadrotor(
         interface: actions are thrust in N and body rates in rad/s; thrust and attitude; or motors, four or those of
             ``motors``.
         attitude: "predicted", or "measured": the quaternion is then an input, known along a log and held over a
-            horizon, the state is position and velocity, and only what pushes along body z remains of the actions.
+            horizon, the state is position and velocity, and only thrust along body z remains of the actions.
         dt: time step in s.
         rate_gains: gains of the on-board rate loop in 1/s (interface "thrust_rates"); None for the Crazyflie's.
         attitude_time_constant: of the on-board attitude loop in s (interface "thrust_attitude"); 0 answers at once.
@@ -154,11 +154,11 @@ def _motors(build: _Build, motors: Motors | None, mass: float, attitude: Attitud
         build.numbers["rotor_thrust"] = motors.thrust
     forces = motors.forces(symbols(motors.columns))
     build.name(("thrust",), (sum(forces),))
-    pushed = symbols(TORQUE)
+    external = symbols(TORQUE)
     if attitude == "measured":
-        return pushed
+        return external
     turned = build.name(("torque_x", "torque_y", "torque_z"), motors.torques(forces))
-    return tuple(outside + rotors for outside, rotors in zip(pushed, turned, strict=True))
+    return tuple(outside + rotors for outside, rotors in zip(external, turned, strict=True))
 
 
 def _translation(build: _Build, mass: float, attitude: Vector, dt: float) -> None:
@@ -173,11 +173,11 @@ def _rate_loop(build: _Build, inertia: Sequence[float], gains: Sequence[float], 
     rates, commands = symbols(RATES), symbols(COMMANDS["thrust_rates"][1:])
     whole = [FirstOrder(gain, dt) for gain in gains]
     half = [FirstOrder(gain, dt / 2) for gain in gains]
-    pushes = [push / moment for push, moment in zip(torque, inertia, strict=True)]
-    at_start = build.name(START_DRIFT, [a + b for a, b in zip(pushes, gyroscopic(inertia, rates), strict=True)])
+    accelerations = [value / moment for value, moment in zip(torque, inertia, strict=True)]
+    at_start = build.name(START_DRIFT, [a + b for a, b in zip(accelerations, gyroscopic(inertia, rates), strict=True)])
     rough = [loop.mean(*term) for loop, term in zip(whole, zip(rates, commands, at_start, strict=True), strict=True)]
     turning = gyroscopic(inertia, build.name(ROUGH, rough))
-    drift = build.name(DRIFT, [a + b for a, b in zip(pushes, turning, strict=True)])
+    drift = build.name(DRIFT, [a + b for a, b in zip(accelerations, turning, strict=True)])
     terms = list(zip(rates, commands, drift, strict=True))
     build.follow(RATES, [loop.end(*term) for loop, term in zip(whole, terms, strict=True)])
     mean = [loop.mean(*term) for loop, term in zip(whole, terms, strict=True)]
@@ -190,7 +190,7 @@ def _free_rotation(build: _Build, inertia: Sequence[float], torque: Vector, dt: 
 
     def acceleration(rates: Sequence[Expr]) -> Vector:
         turning = gyroscopic(inertia, rates)
-        return tuple(push / moment + turned for push, moment, turned in zip(torque, inertia, turning, strict=True))
+        return tuple(value / moment + turned for value, moment, turned in zip(torque, inertia, turning, strict=True))
 
     rates = symbols(RATES)
     drift = build.name(DRIFT, acceleration(rates))

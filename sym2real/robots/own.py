@@ -117,5 +117,5 @@ def _hull(model: mujoco.MjModel, mesh: int) -> Array:
     # Of the graph: the number of corners, that of faces, a place for each corner, the corners.
     graph = model.mesh_graph[model.mesh_graphadr[mesh] :]
     corners = model.mesh_vert[first + graph[2 + graph[0] : 2 + 2 * graph[0]]]
-    found: Array = corners @ turn.reshape(3, 3).T + model.mesh_pos[mesh]
-    return found
+    hull: Array = corners @ turn.reshape(3, 3).T + model.mesh_pos[mesh]
+    return hull

@@ -22,7 +22,7 @@ from sym2real.trajectory import Array
 from sym2real.vocabulary import DRILLING, HEADING, TURNING_INERTIA, WRENCH, rate_per_speed, rate_per_turn
 
 STATE = ("x", "y", "sin_yaw", "cos_yaw", "vx", "vy", "wz")
-PUSHES = ("fx", "fy", "tz")
+PLANAR_WRENCH = ("fx", "fy", "tz")
 OF_FREE = (0, 1, 5)  # degrees of freedom of a free joint that lie in the plane
 SLIP = 1e-3  # m/s at a contact per m/s or rad/s of the body: it may stand a little askew
 AT_REST = 0.5  # s
@@ -123,15 +123,15 @@ class Wheels:
         if not self.steers_by_itself:
             return {}
         carried, ways = np.linalg.inv(self.inertia(model, data)), dict(zip(self.names, self.ways, strict=True))
-        found = {f"{name}_inertia": 1.0 / float(way @ carried @ way) for name, way in ways.items()}
-        found |= {TURNING_INERTIA: float(self.inertia(model, data)[1, 1]), DRILLING: drilling(model, data)}
+        numbers = {f"{name}_inertia": 1.0 / float(way @ carried @ way) for name, way in ways.items()}
+        numbers |= {TURNING_INERTIA: float(self.inertia(model, data)[1, 1]), DRILLING: drilling(model, data)}
         for actuator, column in actions.items():
             index = model.actuator(actuator).id
             joint = model.joint(int(model.actuator_trnid[index, 0])).name
-            if columns.told(model, index) == "velocity" and joint in ways:
+            if columns.command_kind(model, index) == "velocity" and joint in ways:
                 ahead, turn = model.actuator_gear[index, 0] * ways[joint]
-                found |= {rate_per_speed(column): float(ahead), rate_per_turn(column): float(turn)}
-        return found
+                numbers |= {rate_per_speed(column): float(ahead), rate_per_turn(column): float(turn)}
+        return numbers
 
 
 def _at_rest(model: mujoco.MjModel, data: Any) -> Any:
@@ -175,9 +175,9 @@ def drilling(model: mujoco.MjModel, data: Any) -> float:
 
 
 def inputs_of(model: mujoco.MjModel) -> Layout:
-    """What may push: force and torque in the plane, and a torque along every joint."""
+    """External forces: force and torque in the plane, and a torque along every joint."""
     fields = (field for field in columns.inputs_of(model).fields if field.columns[0] not in WRENCH)
-    return Layout.of(PUSHES) + Layout(tuple(fields))
+    return Layout.of(PLANAR_WRENCH) + Layout(tuple(fields))
 
 
 @dataclass(frozen=True, eq=False)

@@ -29,9 +29,9 @@ def require_reach(robot: Robot | None, logs: Dataset) -> None:
             least, most = np.quantile(log.column(column), ENDS).tolist()
             lowest, highest = roughly((low, high))
             if max(-least, most) > LARGEST_PLACE[unit] and (least < lowest or most > highest):
-                found = (
+                actual = (
                     f"{least:.3g} to {most:.3g} (`sym2real inspect` with --model says which unit or counts would fit)"
                 )
                 raise DataError(
-                    log.name, f"a joint in its range of {low:.3g} to {high:.3g} {unit}", found, column=column
+                    log.name, f"a joint in its range of {low:.3g} to {high:.3g} {unit}", actual, column=column
                 )

@@ -62,12 +62,12 @@ class MPPISettings:
 
 @dataclass(frozen=True, eq=False)
 class Limits:
-    """What a robot may be told, and how far it goes.
+    """What a robot may be commanded, and how far it goes.
 
     Args:
         low, high: of the commands, in each action's unit ``# (action,)``.
         draws: range of the random commands of the first episode, twice ``# (action,)``; the limits by default.
-        push: largest absolute value of each input column in pushed rollouts, N and N m.
+        push: largest absolute value of each input column in rollouts under a wrench, N and N m.
         state: norm of a state field that the robot cannot exceed, in its unit: a model that predicts more is wrong.
         workspace: half the width of the place that it moves in, in the unit of its first state field; an episode
             counts as that far off its reference from a crash on.
@@ -97,10 +97,10 @@ class Robot:
 
     Args:
         name: key in the registry.
-        layouts: state, action and, as inputs, what pushes it: of a free body the wrench, force in world axes at the
+        layouts: state, action and, as inputs, external forces: of a free body the wrench, force in world axes at the
             centre of mass in N, torque in body axes in N m.
         dt: control period in s.
-        limits: of commands, states and pushes.
+        limits: of commands, states and external forces.
         description: what a simulator needs.
         recipe: how a model of it is learned and judged.
         numbers: by name in SI units, as equations carry them for effects; ``mass`` in kg.
@@ -177,8 +177,8 @@ class Robot:
 
         stops = stops_of(self.description.spec().compile())
         ends = zip(self.layouts.action, self.low.tolist(), self.high.tolist(), strict=True)
-        told = {name: (low, high) for name, low, high in ends if self.layouts.action.units[name] in LARGEST_PLACE}
-        return {name: ends for name, ends in stops.items() if name in self.layouts.state} | told
+        commands = {name: (low, high) for name, low, high in ends if self.layouts.action.units[name] in LARGEST_PLACE}
+        return {name: ends for name, ends in stops.items() if name in self.layouts.state} | commands
 
     @property
     def mass(self) -> float:

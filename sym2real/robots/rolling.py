@@ -3,7 +3,7 @@
 Two degrees of freedom, the speed u along the heading and the turning rate ω; the wheels turn with them at W (u, ω)
 (:mod:`sym2real.robots.planar`). With m and its moments m c about the origin, from the MJCF::
 
-    M (u̇, ω̇) + (-m c_x ω², m c_x u ω) = Wᵀ τ + pushes
+    M (u̇, ω̇) + (-m c_x ω², m c_x u ω) = Wᵀ τ + external forces
 
 Lagrange's equations of a body in a plane, M with all that turns with a wheel; e.g. Y. Yamamoto, X. Yun, "Coordinating
 locomotion and manipulation of a mobile manipulator", 1994. Discrete time: the classical Runge–Kutta method in as many
@@ -12,7 +12,7 @@ that slips, tips or lifts a wheel is not described.
 
 Effects bind to the rate ``J_rate`` of wheel J, which is a quantity, to ``damping_J``, ``friction_J`` and ``armature_J``
 as of :mod:`sym2real.robots.multibody`, to ``J_per_speed`` (rad/m) and ``J_lever`` (m), to ``drilling`` (N m, of wheels
-with a width), and to the pushes.
+with a width), and to the external forces.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -52,7 +52,7 @@ class _Body:
         wheels: on the axle.
         forces: along their joints.
         moment: m c_x in kg m.
-        lever: where pushes act, in the body's axes, m ``# (2,)``.
+        lever: where external forces act, in the body's axes, m ``# (2,)``.
         drilling: of wheels with a width: its torque by the turning rate and the other torques.
     """
 
@@ -72,10 +72,10 @@ class _Body:
         along = self.forces.at(exact(np.zeros(len(names))), np.array(of_wheels, dtype=object))
         along = self.forces.held(of_wheels, build.each("drive", along))
         torques = [build.name(f"torque_{name}", force) for name, force in zip(names, along, strict=True)]
-        pushed, aside, (x, y) = symbol("push_ahead"), symbol("push_left"), self.lever
+        forward, aside, (x, y) = symbol("push_ahead"), symbol("push_left"), self.lever
         by_wheels = [sum(way[of] * torque for way, torque in zip(ways, torques, strict=True)) for of in (0, 1)]
-        ahead = build.name("force", by_wheels[0] + pushed + self.moment * turning**2)
-        turned = symbol("tz") + x * aside - y * pushed - self.moment * speed * turning
+        ahead = build.name("force", by_wheels[0] + forward + self.moment * turning**2)
+        turned = symbol("tz") + x * aside - y * forward - self.moment * speed * turning
         turned = build.name("turned", by_wheels[1] + turned)
         turn = build.name("moment", turned + self.drilling(turning, other=turned))
         whole, mixed, spun = (symbol(name) for name in MASSES)
@@ -97,8 +97,8 @@ def rolling(model: mujoco.MjModel, data: Any, layouts: Layouts, actions: Mapping
         ModelError: for what these equations do not cover, naming it.
     """
     wheels = Wheels.of(model, data)
-    if found := against_rolling(model, wheels):
-        raise ModelError(f"expected wheels of one axle that roll with the robot, found {' and '.join(found)}: {LEARN}")
+    if why := against_rolling(model, wheels):
+        raise ModelError(f"expected wheels of one axle that roll with the robot, found {' and '.join(why)}: {LEARN}")
     links = [link for link in links_of(model) if link.joint in wheels.names]
     aside, turn = (wheels.first + dof for dof in OF_FREE[1:])
     moment = float(columns.inertias(model, data)[aside, turn])
@@ -152,11 +152,11 @@ def _numbers(links: Sequence[Link], wheels: Wheels, inertia: Array, spinning: Ar
         inertia: of all that moves with the body, wheels and all ``# (2, 2)``.
         spinning: of each wheel about its axle, kg m² ``# (n,)``.
     """
-    found: dict[str, Expr] = {}
+    quantities: dict[str, Expr] = {}
     for link, (ahead, turn) in zip(links, wheels.ways.tolist(), strict=True):
-        found[rate_per_speed(link.joint)] = as_expression(ahead)
-        found[wheel_lever(link.joint)] = as_expression(turn / ahead)
-        found |= link.quantities
+        quantities[rate_per_speed(link.joint)] = as_expression(ahead)
+        quantities[wheel_lever(link.joint)] = as_expression(turn / ahead)
+        quantities |= link.quantities
     for name, (row, column) in zip(MASSES, ((0, 0), (0, 1), (1, 1)), strict=True):
         body = float(inertia[row, column] - wheels.ways[:, row] * wheels.ways[:, column] @ spinning)
         turned = [
@@ -164,5 +164,5 @@ def _numbers(links: Sequence[Link], wheels: Wheels, inertia: Array, spinning: Ar
             for link, spin in zip(links, spinning, strict=True)
         ]
         ways = [_way(link.joint) for link in links]
-        found[name] = body + sum(spin * way[row] * way[column] for spin, way in zip(turned, ways, strict=True))
-    return found
+        quantities[name] = body + sum(spin * way[row] * way[column] for spin, way in zip(turned, ways, strict=True))
+    return quantities

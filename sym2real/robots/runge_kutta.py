@@ -68,10 +68,10 @@ class Build:
 
     def each(self, name: str, values: Values) -> Values:
         """An array of expressions, each short; the numbers of entries are part of their names."""
-        found = np.empty_like(values, dtype=object)
+        shortened = np.empty_like(values, dtype=object)
         for place in np.ndindex(values.shape):
-            found[place] = self.short(f"{name}_{'_'.join(map(str, place))}", values[place])
-        return found
+            shortened[place] = self.short(f"{name}_{'_'.join(map(str, place))}", values[place])
+        return shortened
 
 
 def is_long(expression: Expr) -> bool:
@@ -80,12 +80,12 @@ def is_long(expression: Expr) -> bool:
     They are counted where a walk through the tree does not say so by far: SymPy counts slowly. It counts more than a
     third of what the tree has: x - y has a sum and a product.
     """
-    waiting, found = [expression], 0
-    while waiting and found <= 3 * LONGEST:
+    waiting, operations = [expression], 0
+    while waiting and operations <= 3 * LONGEST:
         arguments = getattr(waiting.pop(), "args", ())  # numbers of Python have none
-        found += max(len(arguments) - 1, 1) if arguments else 0
+        operations += max(len(arguments) - 1, 1) if arguments else 0
         waiting += arguments
-    return found > 3 * LONGEST or count_ops(expression) > LONGEST
+    return operations > 3 * LONGEST or count_ops(expression) > LONGEST
 
 
 def fastest(inertia: Array, brakes: Array) -> float:
@@ -117,13 +117,13 @@ def _step(
     build: Build, accelerations: Callable[[Values, Values], Values], place: Values, rate: Values
 ) -> tuple[Values, Values]:
     """Change of coordinates and of rates over a part."""
-    dt, before, rates, found = build.part, build.prefix, [rate], [accelerations(place, rate)]
+    dt, before, rates, changes = build.part, build.prefix, [rate], [accelerations(place, rate)]
     for stage, part in enumerate(STAGES, 2):
         build.prefix = f"{before}stage{stage}_"
         there = build.each("place", place + part * dt * rates[-1])
-        rates.append(build.each("rate", rate + part * dt * found[-1]))
-        found.append(accelerations(there, rates[-1]))
-    return _mean(rates) * dt, _mean(found) * dt
+        rates.append(build.each("rate", rate + part * dt * changes[-1]))
+        changes.append(accelerations(there, rates[-1]))
+    return _mean(rates) * dt, _mean(changes) * dt
 
 
 def _mean(values: Sequence[Values]) -> Values:

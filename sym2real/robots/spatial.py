@@ -61,8 +61,8 @@ class Transform:
 
     def force_back(self, force: Force) -> Force:
         """A moment and a force on the link, as on its parent."""
-        moment, push = self.turn.T @ force[0], self.turn.T @ force[1]
-        return moment + cross(self.place, push), push
+        moment, linear = self.turn.T @ force[0], self.turn.T @ force[1]
+        return moment + cross(self.place, linear), linear
 
 
 @dataclass(frozen=True, eq=False)

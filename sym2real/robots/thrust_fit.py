@@ -22,7 +22,7 @@ def fit_thrust_per_unit(trajectory: Trajectory, seconds: float = 2.0, unit: Moto
     of speeds the sum of their squares.
 
     Raises:
-        ModelError: when the log is shorter than ten rows of that time or nothing pushes.
+        ModelError: when the log is shorter than ten rows of that time or without thrust.
         UnknownNameError: when it has neither thrust nor motors, or no attitude.
     """
     rows = int(np.searchsorted(trajectory.time, trajectory.time[0] + seconds)) + 1
@@ -30,14 +30,14 @@ def fit_thrust_per_unit(trajectory: Trajectory, seconds: float = 2.0, unit: Moto
     if len(first) < 10:
         raise ModelError(f"thrust per unit needs ten rows in the first {seconds:g} s, found {len(first)}")
     time = first.time - first.time[0]
-    push = _command(first, unit)[:, None] * _body_z(first)  # (rows, 3)
-    impulse = np.concatenate([np.zeros((1, 3)), np.cumsum(push[:-1] * np.diff(time)[:, None], axis=0)])
+    thrust = _command(first, unit)[:, None] * _body_z(first)  # (rows, 3)
+    impulse = np.concatenate([np.zeros((1, 3)), np.cumsum(thrust[:-1] * np.diff(time)[:, None], axis=0)])
     velocity = np.stack([first.column(name) for name in VELOCITY.columns], axis=1)
     velocity[:, 2] += GRAVITY * time
     # v₀ is the mean of what the impulse does not explain, so centring removes it.
     impulse, velocity = impulse - impulse.mean(0), velocity - velocity.mean(0)
     if not (impulse**2).sum() > 0:
-        raise ModelError(f"nothing pushes in the first {seconds:g} s of {trajectory.name!r}")
+        raise ModelError(f"no thrust in the first {seconds:g} s of {trajectory.name!r}")
     return float((impulse * velocity).sum() / (impulse**2).sum())
 
 

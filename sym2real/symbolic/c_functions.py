@@ -40,16 +40,16 @@ def preamble(single: bool, machine: str = "cpu") -> str:
 def _polynomials(single: bool) -> list[str]:
     """Sine over its argument, and cosine, as functions of the argument's square: in turns up to a half."""
     degree, turn = 5 if single else 10, 2.0 * np.pi
-    found = [
+    macros = [
         polynomial("SINE", lambda s: np.sin(turn * np.sqrt(s)) / np.sqrt(s), degree, (0.0, 0.25), single),
         polynomial("COSINE", lambda s: np.cos(turn * np.sqrt(s)), degree, (0.0, 0.25), single),
     ]
     if single:
-        found += [
+        macros += [
             polynomial("POWER_OF_TWO", np.exp2, 5, (-0.5, 0.5), single),
             polynomial("LOGARITHM", np.log2, 5, (1.0, 2.0), single),
         ]
-    return found
+    return macros
 
 
 def polynomial(

@@ -40,8 +40,8 @@ def _class_of(source: str, name: str) -> type[nn.Module]:
     linecache.cache[file] = (len(source), None, source.splitlines(keepends=True), file)
     module = sys.modules[label] = ModuleType(label)  # where torch.compile looks for it
     exec(compile(source, file, "exec"), module.__dict__)  # our own generated text
-    found: type[nn.Module] = getattr(module, name)
-    return found
+    module_class: type[nn.Module] = getattr(module, name)
+    return module_class
 
 
 def script(module: nn.Module) -> torch.jit.ScriptModule:
@@ -83,8 +83,8 @@ def compile_model(
         torch.Size([8, 7])
     """
     if not isinstance(equations, Equations):
-        found = type(equations).__name__
-        raise ModelError(f"expected equations to compile, found {found}; a model with networks predicts as it is")
+        actual = type(equations).__name__
+        raise ModelError(f"expected equations to compile, found {actual}; a model with networks predicts as it is")
     model = script(build_module(equations).to(device=device, dtype=dtype))
     model.equations = equations  # for those who can do better than call it; not saved with it
     return model

@@ -170,7 +170,7 @@ class Equations(Predicting):
         )
 
     def __repr__(self) -> str:
-        return printing.one_line(self)
+        return printing.summary(self)
 
     def _repr_latex_(self) -> str:
         return r"$\displaystyle \begin{aligned}" + r" \\ ".join(printing.latex_lines(self)) + r"\end{aligned}$"
@@ -263,11 +263,11 @@ class Equations(Predicting):
 
 
 def _finite(what: str, values: Mapping[str, float]) -> dict[str, float]:
-    found = {str(name): float(value) for name, value in values.items()}
-    for name, value in found.items():
+    numbers = {str(name): float(value) for name, value in values.items()}
+    for name, value in numbers.items():
         if not math.isfinite(value):
             raise ModelError(f"{what} {name!r}: expected a finite number, found {value!r}")
-    return found
+    return numbers
 
 
 _read = lru_cache(4096)(parse_expression)  # a model is often opened again

@@ -83,9 +83,9 @@ def called(format: str, arguments: str) -> dict[str, str]:
 def write_export(path: Path, content: bytes, about: dict[str, Any]) -> Path:
     """Write a model and its interface beside it; errors as of :func:`export`."""
     require_free(path)
-    with whole(path) as beside, whole(interface_of(path)) as told:
+    with whole(path) as beside, whole(interface_of(path)) as described:
         beside.write_bytes(content)
-        told.write_text(json.dumps(about, indent=1) + "\n", encoding="utf-8")
+        described.write_text(json.dumps(about, indent=1) + "\n", encoding="utf-8")
     return path
 
 

@@ -132,6 +132,6 @@ class Graph:
             try:
                 return (float(evaluate(*(number for number, _ in arguments))), UNIT)
             except (ValueError, OverflowError, ZeroDivisionError) as error:
-                found = ", ".join(repr(number) for number, _ in arguments)
-                raise ModelError(f"{name}({found}) has no finite real value") from error
+                numbers = ", ".join(repr(number) for number, _ in arguments)
+                raise ModelError(f"{name}({numbers}) has no finite real value") from error
         return (1.0, self.node(name, *(self.whole(argument) for argument in arguments)))

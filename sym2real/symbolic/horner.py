@@ -12,7 +12,7 @@ from sympy import Expr
 
 from sym2real.symbolic.expressions import product
 
-WIDTH = 3  # factors that are tried at each step
+WIDTH = 3  # candidate factors at each step
 Key = tuple[str, int | float]  # ("factor", position of the generator) or ("number", coefficient)
 Monomial = tuple[float, tuple[int, ...]]  # coefficient, sorted positions of its generators, one per power
 Terms = tuple[Monomial, ...]
@@ -58,11 +58,11 @@ class _Scheme:
     def cost(self, terms: Terms) -> int:
         """Nodes of the sum of these terms; generators count as 1."""
         if terms not in self.best:
-            found: list[tuple[int, Key | None]] = [(_flat_cost(terms), None)]
+            candidates: list[tuple[int, Key | None]] = [(_flat_cost(terms), None)]
             for key in self._frequent(terms):
                 inner, rest = _split(terms, key)
-                found.append((2 + self.cost(inner) + (1 + self.cost(rest) if rest else 0), key))
-            self.best[terms] = min(found, key=lambda pair: pair[0])
+                candidates.append((2 + self.cost(inner) + (1 + self.cost(rest) if rest else 0), key))
+            self.best[terms] = min(candidates, key=lambda pair: pair[0])
         return self.best[terms][0]
 
     def _frequent(self, terms: Terms) -> list[Key]:

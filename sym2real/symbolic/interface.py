@@ -27,7 +27,7 @@ def interface(equations: Equations) -> dict[str, Any]:
     }
 
 
-def outside_said(equations: Equations) -> tuple[str, ...]:
+def outside_notes(equations: Equations) -> tuple[str, ...]:
     """A sentence for everything of the equations that a step of the exported model leaves to its caller."""
     filters = [key for key, _ in equations.filters]
     inputs = [name for name in equations.layouts.inputs if not is_push(name)]

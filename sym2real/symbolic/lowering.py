@@ -47,10 +47,10 @@ class Lowering:
 
     def lower(self, expression: Expr) -> Lowered:
         """Add an expression to the graph."""
-        found = self._lowered.get(expression)
-        if found is None:
-            found = self._lowered[expression] = self._lower(expression)
-        return found
+        lowered = self._lowered.get(expression)
+        if lowered is None:
+            lowered = self._lowered[expression] = self._lower(expression)
+        return lowered
 
     def _lower(self, expression: Expr) -> Lowered:
         if expression.is_Symbol:

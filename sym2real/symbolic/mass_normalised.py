@@ -21,6 +21,6 @@ def unit_for(described: object, unit: str) -> str:
     return UNIT_PER_KILOGRAM.get(unit, unit) if PER_KILOGRAM in getattr(described, "notes", ()) else unit
 
 
-def units_said(described: object) -> tuple[str, ...]:
+def units_notes(described: object) -> tuple[str, ...]:
     """What a reader of forces and masses must know, where nobody gave the robot's mass."""
     return (PER_KILOGRAM,) if PER_KILOGRAM in getattr(described, "notes", ()) else ()

@@ -79,5 +79,5 @@ def require_broadcast(*batches: torch.Size) -> torch.Size:
     try:
         return torch.Size(np.broadcast_shapes(*batches))
     except ValueError as error:
-        found = ", ".join(str(tuple(batch)) for batch in batches)
-        raise ShapeError(f"expected batches that broadcast, found {found}") from error
+        shapes = ", ".join(str(tuple(batch)) for batch in batches)
+        raise ShapeError(f"expected batches that broadcast, found {shapes}") from error

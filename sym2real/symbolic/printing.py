@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from sym2real.symbolic.equations import Equations
 
 
-def one_line(equations: Equations) -> str:
+def summary(equations: Equations) -> str:
     """Whose they are, the columns that they predict, the time step in s, the effects in them."""
     of = f" of {equations.robot}" if equations.robot else ""
     effects = f", with {', '.join(key for key, _ in equations.effects)}" if equations.effects else ""
@@ -43,6 +43,6 @@ def latex_lines(equations: Equations) -> list[str]:
     primes, lines = dict.fromkeys(equations.next, "'"), []
     for name, formula in as_latex(equations).items():
         words, _, column = name.rpartition(" ")
-        told = rf"\text{{{words} }}" if words else ""
-        lines.append(f"{told}{sympy.latex(symbol(column))}{primes.get(name, '')} &= {formula}")
+        prefix = rf"\text{{{words} }}" if words else ""
+        lines.append(f"{prefix}{sympy.latex(symbol(column))}{primes.get(name, '')} &= {formula}")
     return lines

@@ -86,15 +86,15 @@ def read_equations(source: str) -> dict[str, Any]:
         ModelError: when the text is not such a JSON object; says which entry is wrong.
     """
     try:
-        found = DECODER.decode(source)
-        layouts = Layouts.from_dict(found.layouts)
+        decoded = DECODER.decode(source)
+        layouts = Layouts.from_dict(decoded.layouts)
     except (KeyError, ValueError, RecursionError) as error:
         raise ModelError(f"expected equations in JSON of format {FORMAT!r}, found another text: {error}") from error
     same = ("dt", "output", "quantities", "parameters", "robot", "notes", "numbers", "start", "origin")
     return {
         "layouts": layouts,
-        "equations": found.next,
-        "filters": [(chosen.effect, chosen.values) for chosen in found.filters],
-        "effects": [(chosen.effect, chosen.values) for chosen in found.effects],
-        **{name: getattr(found, name) for name in same},
+        "equations": decoded.next,
+        "filters": [(chosen.effect, chosen.values) for chosen in decoded.filters],
+        "effects": [(chosen.effect, chosen.values) for chosen in decoded.effects],
+        **{name: getattr(decoded, name) for name in same},
     }

@@ -1,7 +1,7 @@
 """Expressions as the graphs that they are: what several expressions, or places of one, share is visited once.
 
-SymPy's own ``free_symbols``, ``atoms``, ``has`` and ``xreplace`` follow every path through an expression. A push that
-is put into a velocity and a position, whose numbers are put into further pushes, has exponentially many paths.
+SymPy's own ``free_symbols``, ``atoms``, ``has`` and ``xreplace`` follow every path through an expression. A force that
+is put into a velocity and a position, whose numbers are put into further forces, has exponentially many paths.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -31,12 +31,12 @@ def remembered(function: Callable[[Expr], Result]) -> Callable[[Expr], Result]:
 
     def ask(expression: Expr) -> Result:
         """As the function itself."""
-        found = known.get(id(expression))
-        if found is None:
+        entry = known.get(id(expression))
+        if entry is None:
             if len(known) >= REMEMBERED:
                 known.clear()  # also of what another thread has just put there
-            found = known[id(expression)] = (expression, function(expression))
-        return found[1]
+            entry = known[id(expression)] = (expression, function(expression))
+        return entry[1]
 
     return ask
 
@@ -55,10 +55,10 @@ class Exchange:
 
     def __call__(self, expression: Expr) -> Expr:
         """The expression with the parts replaced; itself where it has none of them."""
-        found = self._done.get(id(expression))
-        if found is None:
-            found = self._done[id(expression)] = (expression, self._exchanged(expression))
-        return found[1]
+        entry = self._done.get(id(expression))
+        if entry is None:
+            entry = self._done[id(expression)] = (expression, self._exchanged(expression))
+        return entry[1]
 
     def _exchanged(self, part: Basic) -> Basic:
         if part in self._replacements:

@@ -138,7 +138,7 @@ def model_source(equations: Equations) -> str:
 
 @lru_cache(maxsize=64)
 def measured_inputs(equations: Equations) -> tuple[str, ...]:
-    """Inputs that equations use and that cannot be taken for zero: all but pushes and the time."""
+    """Inputs that equations use and that cannot be taken for zero: all but external forces and the time."""
     used = (c for c in equations.layouts.inputs if any(equations.depends(s, c) for s in equations.layouts.state))
     return tuple(column for column in used if column != TIME and not is_push(column))
 

@@ -182,9 +182,9 @@ def _no_model(folder: Path) -> DataError:
     """The error for a folder without equations; it proposes the models that lie in it or one folder deeper."""
     inside = sorted(file.parent for depth in ("*", "*/*") for file in folder.glob(f"{depth}/{EQUATIONS}"))
     models = [str(path) for path in inside if not path.name.startswith(".")][:MOST_PROPOSED]
-    found = "none in it" if folder.is_dir() else "a file" if folder.exists() else "no such folder"
+    actual = "none in it" if folder.is_dir() else "a file" if folder.exists() else "no such folder"
     hint = f"; did you mean {' or '.join(models)}?" if models else ""
-    return DataError(folder, f"a model folder, which holds {EQUATIONS}", found + hint)
+    return DataError(folder, f"a model folder, which holds {EQUATIONS}", actual + hint)
 
 
 def _bases(folder: Path) -> tuple[Path, ...]:

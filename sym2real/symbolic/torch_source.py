@@ -43,14 +43,14 @@ class TorchLines:
     @cached_property
     def fused(self) -> dict[int, tuple[int, int | None, float]]:
         """Value → (x, y or None, c) for products c·x·y that an addition absorbs."""
-        found: dict[int, tuple[int, int | None, float]] = {}
+        products: dict[int, tuple[int, int | None, float]] = {}
         for instruction in self.program.instructions:
             if instruction.operation in ("add", "subtract"):
                 term = instruction.operands[1]
                 product = self._single_product(term)
                 if product is not None:
-                    found[term] = product
-        return found
+                    products[term] = product
+        return products
 
     def _single_product(self, value: int) -> tuple[int, int | None, float] | None:
         if not self._is_private_product(value):

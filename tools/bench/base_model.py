@@ -81,8 +81,8 @@ def quadrotor_from_flights() -> list[Figure]:
     say("quadrotor: 3 flights of the geometric controller")
     flights = quadrotor_flights(3, TRAIN_SEED)
     equations, plain_seconds = timed_fit(CRAZYFLIE, flights)
-    pushed = quadrotor_flights(3, TRAIN_SEED + 1, pushed=True)
-    with_wrench, wrench_seconds = timed_fit(CRAZYFLIE, flights + pushed)
+    forced = quadrotor_flights(3, TRAIN_SEED + 1, forced=True)
+    with_wrench, wrench_seconds = timed_fit(CRAZYFLIE, flights + forced)
     inside = position_errors(equations, quadrotor_flights(20, TEST_SEED))
     outside = position_errors(equations, wild_flights(20, TEST_SEED))
     wind = with_true_wrench(
@@ -152,9 +152,9 @@ def car_from_stage_one() -> list[Figure]:
     equations, plain_seconds = timed_fit(MUSHR, Dataset(base.episodes))
     with_wrench, wrench_seconds = timed_fit(MUSHR, Dataset(base.episodes + base.pushed))
     mass = float(sum(MujocoPlant(MUSHR).mj_model.body_mass))
-    push = 2.0
+    force = 2.0
     slope = with_true_wrench(
-        car_drives(6, TEST_SEED, changes=(effect("slope", MUSHR).inject(gx=push / mass),)), {"fx": lambda _: push}
+        car_drives(6, TEST_SEED, changes=(effect("slope", MUSHR).inject(gx=force / mass),)), {"fx": lambda _: force}
     )
     inside = position_errors(equations, car_drives(20, TEST_SEED))
     reverse = position_errors(equations, reverse_drives(20, TEST_SEED))

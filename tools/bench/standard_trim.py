@@ -62,19 +62,19 @@ def trim(robot: Robot, rng: np.random.Generator) -> tuple[Change, ...]:
 def disturbance(robot: Robot, rng: np.random.Generator) -> Change:
     """Force and torque on a quadrotor; noise of steering and speed on a car, behind its commands."""
     if flies(robot):
-        return Change("", force=_push(robot, rng))
+        return Change("", force=_gusts(robot, rng))
     noise = ColouredNoise(conditions.COMMANDS, conditions.COMMANDS_TIME, robot.dt, rng)
     return Change("", command=lambda: lambda action: action + noise.next())
 
 
-def _push(robot: Robot, rng: np.random.Generator) -> Callable[[Any, Any], None]:
+def _gusts(robot: Robot, rng: np.random.Generator) -> Callable[[Any, Any], None]:
     """Held over a control period, which is short beside the processes' time constants."""
     force = ColouredNoise(conditions.FORCE, conditions.FORCE_TIME, robot.dt, rng)
     torque = ColouredNoise(conditions.TORQUE, conditions.TORQUE_TIME, robot.dt, rng)
     held = [force.next(), torque.next()]
     calls = 0
 
-    def push(_: Any, data: Any) -> None:
+    def apply(_: Any, data: Any) -> None:
         """Force (N) along world axes; torque (N m) turned there from body axes, as ``xfrc_applied`` has it."""
         nonlocal calls
         calls += 1
@@ -83,4 +83,4 @@ def _push(robot: Robot, rng: np.random.Generator) -> Callable[[Any, Any], None]:
         data.xfrc_applied[1, :3] += held[0]
         data.xfrc_applied[1, 3:] += data.xmat[1].reshape(3, 3) @ held[1]
 
-    return push
+    return apply

@@ -41,7 +41,7 @@ from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects.along_logs import with_filtered_commands
 from sym2real.effects.catalogue import always_alike
 from sym2real.symbolic import Equations
-from sym2real.symbolic.mass_normalised import units_said
+from sym2real.symbolic.mass_normalised import units_notes
 from sym2real.threads import one_thread
 
 # Sizes of a delay or lag in units of what is expected, for comparing one with the other.
@@ -84,7 +84,7 @@ def plan(equations: Equations, data: Logs, noise: AssumedNoise | None = None, ex
         visible=tuple(sorted(visible, key=lambda row: order.index(row.effect))),
         seconds=sum(len(trajectory) for trajectory in dataset) * dataset.dt,
         blocks=problems.block_count,
-        notes=units_said(equations),
+        notes=units_notes(equations),
     )
 
 

@@ -23,7 +23,7 @@ from sym2real.effects.along_logs import prepared
 from sym2real.json_objects import fields_of
 from sym2real.logs.conditions import Region
 from sym2real.protocols import DynamicsModel
-from sym2real.robots.left_out import left_out_said
+from sym2real.robots.left_out import left_out_notes
 from sym2real.symbolic import Equations, equations_of
 from sym2real.threads import one_thread
 from sym2real.upward import upward
@@ -128,7 +128,7 @@ def compare(
         horizons=tuple(replace(table[count], horizon=horizon) for horizon, count in rows.items() if count <= longest),
         free_run=table[free],
         start=start,
-        notes=(*_notes(dataset, missing, list(table.values())), *left_out_said(equations_of(model), dataset)),
+        notes=(*_notes(dataset, missing, list(table.values())), *left_out_notes(equations_of(model), dataset)),
         where=where_of(errors, region),
         worst=worst_segments(errors),
         data=about,

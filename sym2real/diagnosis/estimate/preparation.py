@@ -24,9 +24,9 @@ from sym2real.effects import effect
 from sym2real.effects.inputs import with_inputs_of
 from sym2real.errors import ModelError
 from sym2real.plants import MujocoPlant
-from sym2real.robots.left_out import left_out_said
+from sym2real.robots.left_out import left_out_notes
 from sym2real.symbolic import Equations
-from sym2real.symbolic.mass_normalised import units_said
+from sym2real.symbolic.mass_normalised import units_notes
 
 PROMISING = 0.05  # chance below which a swing is worth another estimate of the disturbances
 NO_SWING = "nothing in these logs swings beyond chance, beside what goes with the path"
@@ -116,7 +116,7 @@ def refine_base(examined: Examined) -> Refined:
         uncalibrated = SWITCHED_OFF
     elif plant is not None:
         flown, uncalibrated = flown_along(model, plant, checked.data)
-    about_model = (*units_said(model), *left_out_said(model, checked.data), *filter(None, [uncalibrated]))
+    about_model = (*units_notes(model), *left_out_notes(model, checked.data), *filter(None, [uncalibrated]))
     model = replace(model, filters=()) if model.filters else model
     library = library_for(model, checked.data, question.exclude, question.include)
     base, searched = library.base if flown is None else refined(library, flown, checked.data), library

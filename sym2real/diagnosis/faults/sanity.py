@@ -23,7 +23,7 @@ from sym2real.diagnosis.faults.sensor_faults import clock_of, sensors_of
 from sym2real.diagnosis.faults.units import Scaled
 from sym2real.diagnosis.faults.variation import exact, exactness, excitation
 from sym2real.diagnosis.settings import SETTINGS
-from sym2real.effects.inputs import with_one_clock
+from sym2real.effects.inputs import with_common_clock
 from sym2real.effects.readings import SENSOR_SCALE, SENSOR_SIGN
 from sym2real.effects.sensors import Sensors
 from sym2real.logs.agreement import agreements
@@ -91,7 +91,7 @@ def _checked(model: Equations | None, logs: tuple[Trajectory, ...]) -> Checked:
         all_faults += faults
     require_reach(None if model is None else robot_of(model), data)
     data = rates_on_time(data if sensors is None else through(sensors.measured, data))
-    data = with_one_clock(data if model is None else with_lost_commands(model, data))
+    data = with_common_clock(data if model is None else with_lost_commands(model, data))
     notes = (
         *lost_in_reading(data),
         *slow_notes(model, data),

@@ -15,7 +15,7 @@ from sym2real.diagnosis.predict.library import Library
 from sym2real.effects import applicable, effect
 from sym2real.effects.catalogue import require_patterns
 from sym2real.effects.groups import Group, holding, others_of
-from sym2real.effects.inputs import ANGLE, pushed, with_inputs_of
+from sym2real.effects.inputs import ANGLE, has_force, with_inputs_of
 from sym2real.effects.wrench import with_force_inputs
 from sym2real.symbolic import Equations
 
@@ -62,7 +62,7 @@ def library_for(
     require_patterns(exclude)
     equations = with_inputs_of(equations, data)
     # A force that the logs know is not the base's to leave out.
-    equations = equations if any(map(pushed, data)) else _with_forces(equations)
+    equations = equations if any(map(has_force, data)) else _with_forces(equations)
     return library_of(equations, tuple(dict.fromkeys((*competing(equations, data, exclude)[0], *include))))
 
 
@@ -79,7 +79,7 @@ def candidates(library: Library, data: Dataset) -> tuple[Candidate, ...]:
     """What competes: one candidate per effect."""
     candidates: list[Candidate] = []
     groups, known = holding(data), [effect.key for effect in applicable(library.equations)]
-    exclusive = [group for group in groups if group.one_of]
+    exclusive = [group for group in groups if group.exclusive]
     for key, known_effect in library.effects.items():
         slots = library.indices(key)
         if not slots or (known_effect.searching.swings and not swings(data)):

@@ -85,12 +85,12 @@ class Adapted(OfStudy):
         for number, model in enumerate(adaptation.models):
             message = f"round {number} of {self.effort.rounds}"
             make = planning_with(model, self.effort)
-            judged.append(judged[-1] if model is before else judge(self.case, make, self.effort, _told(tell, message)))
+            judged.append(judged[-1] if model is before else judge(self.case, make, self.effort, _named(tell, message)))
             before = model
         return judged
 
 
-def _told(tell: Tell, first: str) -> Tell:
+def _named(tell: Tell, first: str) -> Tell:
     return lambda text: tell(f"{first}: {text}")
 
 

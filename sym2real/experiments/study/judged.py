@@ -117,7 +117,7 @@ class MujocoModel:
 
     def __init__(self, plant: MujocoPlant) -> None:
         self.plant, self.substeps = plant, plant.robot.description.coarse_substeps or None
-        self._pushed = plant.inputs.any() or any(change.force for change in plant.changes)
+        self._has_forces = plant.inputs.any() or any(change.force for change in plant.changes)
 
     def __call__(self, state: Tensor, action: Tensor, inputs: Tensor | None = None) -> Tensor:
         """State ``# (N, state)`` after one action ``# (N, action)``."""
@@ -128,6 +128,6 @@ class MujocoModel:
     ) -> Tensor:
         """States ``# (N, H, state)`` after each action ``# (N, H, action)``."""
         commands, start = actions.double().cpu().numpy(), self.plant.full_state
-        forces = self.plant.forces if self._pushed else None
+        forces = self.plant.forces if self._has_forces else None
         states = rollout_mujoco(self.plant, start, commands, forces=forces, substeps=self.substeps)
         return torch.as_tensor(states).to(actions)

@@ -76,14 +76,14 @@ def noisy_outcome(effort: Effort, records: Mapping[str, Record]) -> Outcome:
     """Scores of every dependence, from clean logs and from noisy ones, seed by seed."""
     rows = []
     for name in CASES:
-        found = {
+        runs = {
             kind: [records[key] for key in (f"{kind}-{name}_sr_{seed}" for seed in effort.seeds) if key in records]
             for kind in ("clean", "noisy")
         }
-        if not (found["clean"] and found["noisy"]):
+        if not (runs["clean"] and runs["noisy"]):
             continue
-        for place, row in enumerate(found["clean"][0]["dependence"]):
-            cells = [", ".join(_score(run["dependence"][place]) for run in found[kind]) for kind in ("clean", "noisy")]
+        for place, row in enumerate(runs["clean"][0]["dependence"]):
+            cells = [", ".join(_score(run["dependence"][place]) for run in runs[kind]) for kind in ("clean", "noisy")]
             rows.append((name, f"{row['action']} in {row['state']}′", *cells, row["meaning"]))
     columns = ("target", "dependence", "clean logs", "noisy logs", "score")
     return Outcome("Equations fitted straight to noisy logs", columns, tuple(rows), (PAPER, "(lost): below its bar"))

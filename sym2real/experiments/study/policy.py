@@ -28,7 +28,7 @@ from sym2real.trajectory import Array
 PLAIN = "plain"
 TARGETS = ("mass-26", "com-3", "wind-strong")
 PAPER = "paper: a policy from the plain simulation did not transfer, MPC let the drone hover safely"
-TOLD_EVERY = 2048
+REPORT_EVERY = 2048
 
 
 @dataclass(frozen=True)
@@ -89,15 +89,15 @@ def trained(task: Task, steps: int, seed: int, tell: Tell) -> Policy:
 
     from sym2real.plants.gymnasium_view import TaskEnvironment, TransformReward  # noqa: PLC0415 — loads Gymnasium
 
-    def told(scope: Mapping[str, Any], _: Mapping[str, Any]) -> bool:
+    def report(scope: Mapping[str, Any], _: Mapping[str, Any]) -> bool:
         """After every step; to go on."""
-        if scope["self"].num_timesteps % TOLD_EVERY == 0:
+        if scope["self"].num_timesteps % REPORT_EVERY == 0:
             tell(f"PPO: step {scope['self'].num_timesteps} of {steps}")
         return True
 
     environment = TransformReward(TaskEnvironment(MujocoPlant(CRAZYFLIE), task), lambda reward: 1.0 + float(reward))
     agent = PPO("MlpPolicy", environment, seed=seed, device="cpu")
-    agent.learn(steps, callback=told)
+    agent.learn(steps, callback=report)
     return Policy(agent.predict)
 
 
@@ -114,9 +114,9 @@ def policy_outcome(effort: Effort, records: Mapping[str, Record]) -> Outcome:
     for case in targets() if runs else ():
         cells = []
         for who in ("policy", "mppi"):
-            found = [run["targets"][case.name][who] for run in runs]
-            crashes = sum(outcome["crashes"] for outcome in found)
-            cells += [f"{np.mean([outcome['errors'] for outcome in found]):.4f}", str(crashes)]
+            outcomes = [run["targets"][case.name][who] for run in runs]
+            crashes = sum(outcome["crashes"] for outcome in outcomes)
+            cells += [f"{np.mean([outcome['errors'] for outcome in outcomes]):.4f}", str(crashes)]
         rows.append((case.title, *cells))
     columns = ("target", "PPO, m", "PPO crashes", "MPPI, m", "MPPI crashes")
     notes = (PAPER,) if effort.policy_steps else (PAPER, "training a policy takes --full")

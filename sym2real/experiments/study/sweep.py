@@ -106,7 +106,7 @@ def kept(jobs: Sequence[Job], folder: Path) -> dict[str, Record]:
         ModelError: when one of them answers another question.
         DataError: when one cannot be read.
     """
-    found: dict[str, Record] = {}
+    records: dict[str, Record] = {}
     for job in jobs:
         file = answer_file(folder, job.name)
         if not file.exists():
@@ -119,8 +119,8 @@ def kept(jobs: Sequence[Job], folder: Path) -> dict[str, Record]:
             keys = sorted(key for key in there | asked if there.get(key) != asked.get(key))
             shown = ", ".join(f"{key}: {there.get(key)} there, {asked.get(key)} now" for key in keys)
             raise ModelError(f"{file} has another setting ({shown}); choose another folder, or delete the file")
-        found[job.name] = record
-    return found
+        records[job.name] = record
+    return records
 
 
 def answer_file(folder: Path, name: str) -> Path:

@@ -89,8 +89,8 @@ def zero_shot_outcome(effort: Effort, records: Mapping[str, Record]) -> Outcome:
             record = records.get(f"zero-shot-{robot}_{model}")
             if record is not None:
                 seen, unseen = PAPER[robot, model]
-                found = [f"{record[where]:.0f}" for where in ("seen", "unseen")]
-                rows.append((robot, title, *found, f"{seen}, {unseen}"))
+                errors = [f"{record[where]:.0f}" for where in ("seen", "unseen")]
+                rows.append((robot, title, *errors, f"{seen}, {unseen}"))
     notes = [f"{RUNS} runs a cell: a difference of less than about 20 % is chance"]
     notes += [] if effort.neural_episodes else ["networks take --full"]
     columns = ("robot", "model", "in distribution, %", "out of it, %", "paper, %")

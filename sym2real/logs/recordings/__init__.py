@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from sym2real.logs.recordings import mcap_file, ros, ulog, usd
-from sym2real.logs.recordings.recording import BY_NAMES, Recording, Said, Topic
+from sym2real.logs.recordings.recording import BY_NAMES, ColumnKinds, Recording, Topic
 from sym2real.logs.recordings.ros import is_bag_folder
 from sym2real.logs.recordings.usd import is_card_log
 
@@ -19,4 +19,4 @@ RECORDINGS: dict[str, Callable[[Path], Recording]] = {
     ".usd": usd.read,
 }
 
-__all__ = ["BY_NAMES", "RECORDINGS", "Recording", "Said", "Topic", "is_bag_folder", "is_card_log"]
+__all__ = ["BY_NAMES", "RECORDINGS", "ColumnKinds", "Recording", "Topic", "is_bag_folder", "is_card_log"]

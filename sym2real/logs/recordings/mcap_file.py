@@ -37,6 +37,6 @@ def read(path: Path) -> Recording:
     if encodings == {"cdr"}:
         return ros.read(path)
     if "json" not in encodings:
-        found = f"messages in {', '.join(sorted(encodings))}" if encodings else "no message"
-        raise DataError(path, "messages in json or cdr", found)
+        actual = f"messages in {', '.join(sorted(encodings))}" if encodings else "no message"
+        raise DataError(path, "messages in json or cdr", actual)
     return recording({name: Messages(stamps[name], gathered(rows[name])) for name in rows})

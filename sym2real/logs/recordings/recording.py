@@ -27,7 +27,7 @@ ROUNDING = 0.1  # rad; headings are logged up to a full turn, and a little more 
 
 
 @dataclass(frozen=True)
-class Said:
+class ColumnKinds:
     """What is known of columns beyond what their names say.
 
     Args:
@@ -46,7 +46,7 @@ class Said:
         return self.sent.get(column, named is not None and named.role != "state")
 
 
-BY_NAMES = Said()
+BY_NAMES = ColumnKinds()
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,23 +93,23 @@ class Recording:
         """Names of all columns."""
         return [name for topic in self.topics for name in topic.columns]
 
-    def together(self, wanted: Collection[str] | None = None, said: Said = BY_NAMES) -> dict[str, Array]:
+    def together(self, wanted: Collection[str] | None = None, kinds: ColumnKinds = BY_NAMES) -> dict[str, Array]:
         """Columns ``# (rows,)`` of the topics that hold one of the wanted columns, and :data:`TIME`.
 
         Args:
             wanted: names of columns; None for those whose names say that they belong to a robot's log. Where no topic
                 holds one, all topics are taken.
-            said: of columns, where their names do not say so.
+            kinds: of columns, where their names do not say so.
         """
         asked = set(_recognised(self.columns) if wanted is None else wanted)
         used = [topic.in_order() for topic in self.topics if asked & topic.columns.keys()]
         used = used or [topic.in_order() for topic in self.topics]
-        rows = max(used, key=lambda topic: (not all(map(said.is_command, topic.columns)), topic.rate))
+        rows = max(used, key=lambda topic: (not all(map(kinds.is_command, topic.columns)), topic.rate))
         start = min(topic.stamps[0] for topic in used)
         table = {TIME: rows.stamps - start, **rows.columns}
         for topic in used:
             if topic is not rows:
-                table |= _at(topic, rows.stamps, said)
+                table |= _at(topic, rows.stamps, kinds)
         return table
 
 
@@ -119,17 +119,17 @@ def _recognised(columns: list[str]) -> list[str]:
     return [column for part in parts for column in part.values()]
 
 
-def _at(topic: Topic, stamps: Array, said: Said) -> dict[str, Array]:
+def _at(topic: Topic, stamps: Array, kinds: ColumnKinds) -> dict[str, Array]:
     """A topic's columns at other stamps ``# (rows,)``."""
     before = in_force(topic.stamps, stamps)
     begun = before >= 0
     held = {
         name: np.where(begun, values[np.maximum(before, 0)], np.nan)
         for name, values in topic.columns.items()
-        if said.is_command(name)
+        if kinds.is_command(name)
     }
     heard = _heard(topic.stamps, stamps)
-    measured = _without_jumps({name: values for name, values in topic.columns.items() if name not in held}, said)
+    measured = _without_jumps({name: values for name, values in topic.columns.items() if name not in held}, kinds)
     return held | {
         name: np.where(heard, np.interp(stamps, topic.stamps, values), np.nan) for name, values in measured.items()
     }
@@ -145,14 +145,14 @@ def _heard(own: Array, stamps: Array) -> Array:
     return close
 
 
-def _without_jumps(columns: Mapping[str, Array], said: Said) -> dict[str, Array]:
+def _without_jumps(columns: Mapping[str, Array], kinds: ColumnKinds) -> dict[str, Array]:
     """Angles without full turns and quaternions without changes of sign, so that lines between rows mean something."""
     result = dict(columns)
-    quaternions = {str(parts): [*parts] for parts in said.quaternions if {*parts} <= columns.keys()}
+    quaternions = {str(parts): [*parts] for parts in kinds.quaternions if {*parts} <= columns.keys()}
     known = {part for parts in quaternions.values() for part in parts}
     for name, values in columns.items():
         named = None if name in known else read_name(name)
-        if name in said.angles or (named is not None and named.quantity in EULER_ANGLES):
+        if name in kinds.angles or (named is not None and named.quantity in EULER_ANGLES):
             there = ~np.isnan(values)  # past an empty cell NumPy unwraps nothing
             span = values[there].max(initial=-np.inf) - values[there].min(initial=np.inf)
             turn = 2 * np.pi if span <= 2 * np.pi + ROUNDING else 360.0

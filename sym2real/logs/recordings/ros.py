@@ -56,7 +56,7 @@ def _topics(bag: Any) -> dict[str, Messages]:
         for topic, (kind, *others) in kinds.items()
         if not others and kind in definitions and not _is_cloud(definitions, kind)
     }
-    stamps: dict[str, list[tuple[int, int]]] = {topic: [] for topic, found in fields.items() if found}
+    stamps: dict[str, list[tuple[int, int]]] = {topic: [] for topic, getters in fields.items() if getters}
     rows: dict[str, list[dict[str, float]]] = {topic: [] for topic in stamps}
     wanted = [connection for connection in bag.connections if connection.topic in stamps]
     for connection, recorded, data in bag.messages(connections=wanted) if wanted else ():  # none is all to the library

@@ -1,4 +1,4 @@
-"""Random pushes: wrenches that vary smoothly in time, from which a base model learns its wrench inputs."""
+"""Random wrenches: they vary smoothly in time, from which a base model learns its wrench inputs."""
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
@@ -10,11 +10,11 @@ from sym2real.vocabulary import FORCE, TORQUE, WRENCH
 CORRELATION = 0.3  # s
 
 
-def random_push(robot: Robot, steps: int, rng: np.random.Generator) -> Array:
+def random_wrench(robot: Robot, steps: int, rng: np.random.Generator) -> Array:
     """A sequence of wrenches ``# (steps, inputs)`` for :func:`~sym2real.plants.run_episode`.
 
     Gaussian noise of a correlation time of 0.3 s, squashed so that the size of the force, that of the torque
-    measured in each axis' limit, and every push along a joint stay within ``robot.limits.push``.
+    measured in each axis' limit, and every force along a joint stay within ``robot.limits.push``.
     """
     columns = robot.layouts.inputs.columns
     width = CORRELATION / robot.dt

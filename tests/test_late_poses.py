@@ -1,16 +1,19 @@
-"""Motion capture that is late beside a gyro: the whole pose is one fault of one sensor, an attitude alone another."""
+"""What is measured late: a whole pose beside a gyro, an attitude alone, a place beside an attitude that is on time."""
 
 from __future__ import annotations
+
+import re
 
 import numpy as np
 import pytest
 from noisy_flights import flights, flights_with
+from standard_set import Case, simulate_case
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.faults.mistakes.transformation import Late
 from sym2real.diagnosis.faults.sanity import check
 from sym2real.logs.sources import AsRead
-from sym2real.robots import CRAZYFLIE
+from sym2real.robots import CRAZYFLIE, ROBOTS
 from sym2real.vocabulary import ATTITUDE, EULER_ANGLES, POSITION, VELOCITY
 
 POSE = (*ATTITUDE.columns, *POSITION.columns, *VELOCITY.columns)
@@ -48,6 +51,21 @@ def test_a_place_that_its_velocity_tells_is_late_with_its_attitude() -> None:
     """The velocity is of another sensor, on time."""
     (fault,) = check(CRAZYFLIE.nominal(), behind(flights(), (*ATTITUDE.columns, *POSITION.columns), 3)).faults
     assert fault.evidence.startswith(f"pose 2.5 rows late ({' '.join((*ATTITUDE.columns, *POSITION.columns))} by")
+
+
+@pytest.mark.parametrize("rows", [7, 11])
+def test_a_place_with_its_velocity_is_late_beside_an_attitude_on_time(rows: int) -> None:
+    """As a satellite receiver's, whose place and velocity agree with each other."""
+    flown = simulate_case(Case("crazyflie", (), seed=71))
+    (fault,) = check(CRAZYFLIE.nominal(), behind(flown, (*POSITION.columns, *VELOCITY.columns), rows)).faults
+    (late,) = re.findall(r"place (\d+) rows late \(x y z vx vy vz by", fault.evidence)
+    assert abs(int(late) - rows) <= 1
+
+
+def test_a_car_that_slips_has_no_late_place() -> None:
+    """The axle moves outwards of where the heading points, as if it came too late."""
+    slipping = simulate_case(Case("mushr", (("tyre_slip", {"value": 0.05}),), seed=71), trajectories=4, rows=260)
+    assert check(ROBOTS["mushr"].nominal(), slipping).faults == ()
 
 
 def test_what_to_move_is_said_in_the_angles_of_the_log() -> None:

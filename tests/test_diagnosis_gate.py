@@ -77,6 +77,23 @@ def test_what_rises_beyond_its_interval_passes_no_gate(rise: float, half_width: 
     assert [fall.channel for fall in gate.worse] == ([] if passes else ["attitude"])
 
 
+@pytest.mark.parametrize(("fall", "passes"), [(0.5, True), (0.16, False)])
+def test_an_error_that_falls_by_chance_passes_no_gate(fall: float, passes: bool) -> None:
+    """Windows in which a model is worse here and better there, resampled alike; neither is a rise of such."""
+    rng = np.random.default_rng(2)
+    drawn = rng.normal(1.0, 0.1, 500)
+
+    def error(value: float) -> RungError:
+        own = value * drawn * (1.0 if value == 1.0 else rng.normal(1.0, 0.15, 500))
+        return RungError(value, value, *map(float, np.quantile(own, [0.025, 0.975])), "", own)
+
+    for sign in (-1, 1):
+        ends = [Rung("", {0.8: {"position": error(value)}}) for value in (1.0, 1.0 + sign * fall)]
+        gate = Gate(*ends)
+        assert gate.fallen is (passes and sign < 0)
+        assert bool(gate.worse) is (passes and sign > 0)
+
+
 def test_predictions_that_are_worse_than_no_change_judge_nothing() -> None:
     """Of a pole that falls within the horizon, with either model."""
     ends = [replace(stage(name, size, size), beats_hold=False) for name, size in (("base", 1.0), ("+ armature", 2.0))]
@@ -102,7 +119,7 @@ def test_findings_that_improve_no_prediction_are_no_answer() -> None:
     found = (Finding("wind", {}, 1.0),)
     assert verdict(Parts((), found, (), gate), problems) == "CANNOT_TELL"
     said = summary("CANNOT_TELL", Parts((), found, (), gate))
-    assert said.startswith("No answer: wind () is beyond chance, but no held-out error falls by 10 %")
+    assert said.startswith("No answer: wind () is beyond chance, but no held-out error surely falls by 10 %")
     assert "that of position after 0.8 s falls by 5 %" in said
     assert verdict(Parts((), found, (), Gate(stage("base", 1.0, 1.0), stage("+ wind", 0.5, 1.0))), problems) == "EFFECT"
     worse = Gate(stage("base", 1.0, 1.0), stage("+ wind", 0.5, 1.2))
@@ -220,8 +237,8 @@ def test_the_sentence_begins_with_the_verdict() -> None:
     said = summary("UNEXPLAINED", Parts((), (lag,), left, gate))
     assert said.startswith(
         "Something is missing that none of the tested effects explains: a disturbance along tz that depends on wz_cmd "
-        "(R² 0.11); beside it lag (value 0.0044 ± 0.0020 s) is beyond chance, but no held-out error falls by 10 %: "
-        "that of position after 0.8 s rises by 1 %; a disturbance along fx that depends on time is left"
+        "(R² 0.11); beside it lag (value 0.0044 ± 0.0020 s) is beyond chance, but no held-out error surely falls by "
+        "10 %: that of position after 0.8 s rises by 1 %; a disturbance along fx that depends on time is left"
     )
     assert "position after 0.8 s rises by 1 %" in gate_line(gate, Fall(0.8, "position", -0.01))
     minor = summary("NOTHING_MISSING", Parts((), (), left[1:]))
@@ -238,7 +255,7 @@ def test_beside_a_fault_what_predictions_do_not_bear_out_is_not_missing() -> Non
     assert verdict(Parts((fault,), found, (), gate), problems_of(800)) == "EFFECT"
     said = summary("EFFECT", Parts((fault,), found, (), gate))
     assert said == (
-        "The data show sensor_sign:wy; beside it wind () is beyond chance, but no held-out error falls by 10 %: "
+        "The data show sensor_sign:wy; beside it wind () is beyond chance, but no held-out error surely falls by 10 %: "
         "that of position after 0.8 s falls by 5 %."
     )
 

@@ -170,7 +170,7 @@ def _not_borne_out(findings: Sequence[Finding], gate: Gate) -> str:
         return f"the held-out error {gate.worse[0].text}"
     if gate.best is None or not gate.beats_hold:
         return "no prediction of these logs is good enough to decide"
-    return f"no held-out error falls by {100 * SETTINGS.worth_saying:.0f} %: that {gate.best.text}"
+    return f"no held-out error surely falls by {100 * SETTINGS.worth_saying:.0f} %: that {gate.best.text}"
 
 
 def _alone(finding: Finding) -> str:

@@ -144,19 +144,21 @@ def _at_rest(model: mujoco.MjModel, data: Any) -> Any:
 def _sliding(model: mujoco.MjModel, data: Any) -> Array:
     """Velocity across what touches with friction per degree of freedom, m/s ``# (3 bodies, nv)``.
 
-    Where a body touches at several points (a wheel's width on a floor), the mean of theirs: it drills about the middle.
+    At the surface of each body, which MuJoCo lets sink into the other: a wheel rolls by its own radius. Where a body
+    touches at several points (a wheel's width on a floor), the mean of theirs: it drills about the middle.
     """
     patches: dict[tuple[int, ...], list[Array]] = {}
-    for contact in _at_rest(model, data).contact:
+    resting = _at_rest(model, data)
+    for contact in resting.contact:
         if contact.dim == NO_FRICTION:
             continue
-        bodies = tuple(model.geom_bodyid[contact.geom].tolist())
+        bodies, normal = tuple(model.geom_bodyid[contact.geom].tolist()), contact.frame[:3]
         across = np.zeros((3, model.nv))
         for body, side in zip(bodies, (-1.0, 1.0), strict=True):
             moved = np.zeros((3, model.nv))
-            mujoco.mj_jac(model, data, moved, None, contact.pos, body)
+            surface = contact.pos + side * contact.dist / 2 * normal + data.xpos[body] - resting.xpos[body]
+            mujoco.mj_jac(model, data, moved, None, surface, body)
             across += side * moved
-        normal = contact.frame[:3]
         patches.setdefault(bodies, []).append(across - np.outer(normal, normal @ across))
     means = [np.mean(points, axis=0) for points in patches.values()]
     return np.concatenate([np.zeros((0, model.nv)), *means])

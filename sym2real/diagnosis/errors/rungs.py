@@ -39,6 +39,13 @@ class RungError:
     unit: str
     resampled: Array = field(default_factory=lambda: np.empty(0), repr=False, compare=False)
 
+    def ratio_to(self, other: RungError) -> tuple[float, float]:
+        """Ends of the 95 % interval of this error over another one of the same windows."""
+        if not len(self.resampled):
+            return self.low / max(other.high, 1e-12), self.high / max(other.low, 1e-12)
+        ends = np.quantile(self.resampled / np.maximum(other.resampled, 1e-12), [0.025, 0.975])
+        return float(ends[0]), float(ends[1])
+
     def to_dict(self) -> dict[str, Any]:
         """Without what was resampled."""
         return {name: value for name, value in vars(self).items() if name != "resampled"}

@@ -30,17 +30,19 @@ from sym2real.json_objects import fields_of, plain
 
 @dataclass(frozen=True)
 class Fall:
-    """How much of an error goes: after so many s, in a channel, what part of it."""
+    """How much of an error goes: after so many s, in a channel, what part of it, and whether beyond chance."""
 
     horizon: float
     channel: str
     part: float
+    surely: bool = True
 
     @property
     def text(self) -> str:
         """Which error it is and what becomes of it, for a sentence that begins with "the held-out error" or "that"."""
         changed = f"{'falls' if self.part >= 0 else 'rises'} by {100 * abs(self.part):.0f} %"
-        return f"of {self.channel} after {self.horizon:.3g} s {changed}"
+        chance = "" if self.surely or abs(self.part) < SETTINGS.worth_saying else ", within chance"
+        return f"of {self.channel} after {self.horizon:.3g} s {changed}{chance}"
 
 
 @dataclass(frozen=True)
@@ -56,21 +58,24 @@ class Gate:
 
     @property
     def best(self) -> Fall | None:
-        """The error of position or attitude that falls most; None where nothing was judged."""
-        return max((fall for fall, _ in self._falls()), key=lambda fall: fall.part, default=None)
+        """The error of position or attitude that falls most, first beyond chance; None where nothing was judged."""
+        return max(self._falls(), key=lambda fall: (fall.surely and fall.part > 0, fall.part), default=None)
 
     @property
     def worse(self) -> tuple[Fall, ...]:
-        """Errors of position or attitude that rise beyond both intervals, the largest rise first.
+        """Errors of position or attitude that rise beyond chance, the largest rise first.
 
-        The interval of a single piece has no width: there a rise counts from a tenth on, as a fall does.
+        That is beyond both intervals, or by a tenth beyond that of the ratio. The interval of a single piece has no
+        width: there a rise counts from a tenth on, as a fall does.
         """
-        return tuple(sorted((fall for fall, beyond in self._falls() if beyond), key=lambda fall: fall.part))
+        return tuple(
+            sorted((fall for fall in self._falls() if fall.surely and fall.part < 0), key=lambda fall: fall.part)
+        )
 
     @property
     def fallen(self) -> bool:
-        """Whether a tenth of an error goes and none rises beyond chance."""
-        return self.best is not None and self.best.part >= SETTINGS.worth_saying and not self.worse
+        """Whether a tenth of an error goes, beyond chance, and none rises so."""
+        return not self.worse and any(fall.surely and fall.part >= SETTINGS.worth_saying for fall in self._falls())
 
     @property
     def passed(self) -> bool:
@@ -82,16 +87,17 @@ class Gate:
         """Whether one of both predicts better than that nothing changes; else errors tell what noise grows to."""
         return any(stage is not None and stage.beats_hold for stage in (self.before, self.after))
 
-    def _falls(self) -> Iterator[tuple[Fall, bool]]:
-        """Every judged error's, and whether it rises beyond both intervals."""
+    def _falls(self) -> Iterator[Fall]:
+        """Every judged error's."""
         if self.before is None or self.after is None:
             return
         for horizon, errors in self.before.horizons.items():
             for name in judged(errors):
                 error, after = errors[name], self.after.horizons[horizon][name]
-                part = 1.0 - after.value / max(error.value, 1e-12)
-                apart = error.low < error.high or part <= -SETTINGS.worth_saying
-                yield Fall(horizon, name, part), apart and after.low > error.high
+                part, (low, high) = 1.0 - after.value / max(error.value, 1e-12), after.ratio_to(error)
+                apart = error.low < error.high and after.low > error.high
+                rises = low > 1.0 and (apart or part <= -SETTINGS.worth_saying)
+                yield Fall(horizon, name, part, surely=rises or high < 1.0)
 
     def to_dict(self) -> dict[str, Any] | None:
         """The entry of ``gate`` that ``sym2real diagnose --json`` prints; None where nothing was judged."""

@@ -177,7 +177,7 @@ def _rise(whole: RungError, without: RungError) -> float:
     rise = without.low / max(whole.value, 1e-12)
     if whole.value > (1 - SETTINGS.worth_saying) * without.value:
         return rise
-    return max(rise, float(np.quantile(without.resampled / np.maximum(whole.resampled, 1e-12), 0.025)))
+    return max(rise, without.ratio_to(whole)[0])
 
 
 def judged_horizons(data: Dataset, after: float) -> tuple[float, ...]:

@@ -54,8 +54,8 @@ def transformations(data: Dataset, balance: Balance) -> Iterator[Transformation]
     with_rates = {name for of in rates_of(data).values() for name in measured_by(data.layouts.state, of)[1]}
     for sensor in (sensor for sensor in data.layouts.state.fields if not with_rates.issuperset(sensor.columns)):
         yield from (Late(sensor.name, sensor.columns, rows, data.dt) for rows in SHIFTS)
-    # As satellite receivers give them, beside an attitude of the robot's own: its thrust says when. Of a car whose speed
-    # stays an arm or tyres that slip do as much.
+    # As satellite receivers give them, beside an attitude of the robot's own: its thrust says when. Of a car an arm, or
+    # tyres that slip, do as much.
     if len(position) == len(velocity) == 3 and present(data, ATTITUDE.columns) == ATTITUDE.columns:
         yield from (Late("place", (*position, *velocity), rows, data.dt) for rows in PLACE_SHIFTS)
 

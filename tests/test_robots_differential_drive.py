@@ -185,6 +185,14 @@ def test_at_a_reset_the_wheels_roll() -> None:
     np.testing.assert_allclose(plant.mj_data.qvel[6:] * 0.05, [0.5 - 0.12, 0.5 + 0.12], rtol=5e-3)
 
 
+def test_a_wheel_rolls_by_its_own_radius_however_far_it_sinks_into_the_floor(tmp_path: Path) -> None:
+    """MuJoCo's contacts give: softer ones by more."""
+    assert '<geom name="floor"' in XML
+    (tmp_path / "soft.xml").write_text(XML.replace('<geom name="floor"', '<geom name="floor" solref="0.05 1"'))
+    for robot in (DRIVE, Robot.from_mjcf(tmp_path / "soft.xml", state=STATE)):
+        assert robot.numbers["left_per_speed"] == pytest.approx(1 / 0.05, rel=1e-4)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("key", "values", "alike"), HIDDEN, ids=[key for key, *_ in HIDDEN])
 def test_a_hidden_effect_is_named(key: str, values: dict[str, float], alike: set[str], base: Equations) -> None:

@@ -156,14 +156,13 @@ def conclude(scored: Scored, leftovers: tuple[Leftover, ...], proposal: Term | N
     """The answer that findings and held-out errors, and what is left beside them, make."""
     findings, result, prepared = scored.findings, scored.result, scored.result.prepared
     suspects = {} if findings or not any(leftover.matters for leftover in leftovers) else result.suspects()
-    parts = Parts(prepared.checked.faults, findings, leftovers, scored.gate, scored.stages, suspects)
+    parts = Parts(prepared.checked.faults, findings, leftovers, scored.gate, scored.stages, scored.floor, suspects)
     answer = verdict(parts, prepared.problems, finished=result.finished)
     return Diagnosis(
         verdict=answer,
         summary=summary(answer, parts, interrupted="" if result.finished else "the search"),
         **vars(parts),
         proposal=proposal,
-        floor=scored.floor,
         held_out=scored.steps.names_of(prepared.scored),
         apart=prepared.question.held_out is not None,
         notes=(*result.notes, *disturbance_notes(scored.floor), *cut_notes(scored.horizons, prepared.question.horizon)),

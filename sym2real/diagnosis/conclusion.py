@@ -8,12 +8,14 @@ from typing import Literal
 
 from sym2real.diagnosis.data.segments import BLOCK_SECONDS
 from sym2real.diagnosis.data.windows import JUDGED_AT, judged
+from sym2real.diagnosis.errors.floor import Floor
 from sym2real.diagnosis.errors.rungs import Rung
 from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.faults.fault import Fault
 from sym2real.diagnosis.score.finding import Finding
 from sym2real.diagnosis.score.held_out import Gate
 from sym2real.diagnosis.settings import SETTINGS
+from sym2real.diagnosis.unexplained.explaining import beyond_times
 from sym2real.diagnosis.unexplained.leftover import Leftover
 from sym2real.effects import EFFECTS
 from sym2real.effects.few_words import in_few_words
@@ -30,6 +32,7 @@ class Parts:
     leftovers: tuple[Leftover, ...] = ()
     gate: Gate = field(default_factory=Gate)
     ladder: tuple[Rung, ...] = ()
+    floor: tuple[Floor, ...] = ()
     suspects: Mapping[str, float] = field(default_factory=dict)
 
 
@@ -40,6 +43,7 @@ def verdict(parts: Parts, problems: Problems, *, finished: bool = True) -> Verdi
     that no effect explains what is left; nor can one that leaves out an effect which would, and of which too few pieces
     tell. A fault alone is the answer only where nothing is left once it is undone.
     Where predictions judge nothing, an effect is the answer if errors fall all the same or nothing else is missing.
+    Nor is it one where something is left and errors stay far from what noise and disturbances make.
     Nothing is missing where no error is larger by a tenth without any of the findings, nor without all of them. What
     commands between the rows may have done is no effect, nor is a threshold that leaves something of its command.
     """
@@ -47,7 +51,8 @@ def verdict(parts: Parts, problems: Problems, *, finished: bool = True) -> Verdi
     unexplained = any(leftover.matters for leftover in leftovers)
     borne_out = gate.before is None or gate.beats_hold or gate.fallen
     clear = any(not (finding.doubtful or _of_another_form(finding, leftovers)) for finding in findings)
-    established = clear and gate.passed and (borne_out or not unexplained)
+    far = bool(beyond_times(parts.ladder, parts.floor, SETTINGS.far))
+    established = clear and gate.passed and not (unexplained and (far or not borne_out))
     if problems.block_count < SETTINGS.fewest_pieces or not (finished or established):
         return "CANNOT_TELL"
     if established:
@@ -170,6 +175,8 @@ def _not_borne_out(findings: Sequence[Finding], gate: Gate) -> str:
         return f"the held-out error {gate.worse[0].text}"
     if gate.best is None or not gate.beats_hold:
         return "no prediction of these logs is good enough to decide"
+    if gate.fallen:
+        return f"errors stay more than {SETTINGS.far:g} times what noise and disturbances make"
     return f"no held-out error surely falls by {100 * SETTINGS.worth_saying:.0f} %: that {gate.best.text}"
 
 

@@ -107,6 +107,11 @@ def signed_features(trajectory: Trajectory) -> dict[str, Array]:
         body = rotation.rotate(rotation.conjugate(attitude), torch.as_tensor(velocity)).numpy()
         values |= {f"body velocity {axis}": column for axis, column in zip("xyz", body.T, strict=True)}
         values["tilt"] = rotation.tilt(attitude).numpy()
+        if set(RATE.columns) <= known:
+            # Coriolis' and Magnus' forces are along the rate's cross product with the velocity.
+            rate = np.stack([_smooth(trajectory.column(name)) for name in RATE.columns], axis=1)
+            turned = rotation.rotate(attitude, torch.as_tensor(np.cross(rate, body))).numpy()
+            values |= {f"rate × velocity {axis}": column for axis, column in zip("xyz", turned.T, strict=True)}
         upright = torch.tensor([0.0, 0.0, 1.0], dtype=attitude.dtype)
         lean = rotation.rotate(attitude, upright.expand(len(attitude), 3)).numpy()
         values |= {f"lean {axis}": column for axis, column in zip("xy", lean.T, strict=False)}

@@ -19,7 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 import torch
@@ -84,7 +84,20 @@ class Predicted:
 
     def small(self) -> tuple[Candidate, ...]:
         """Effects without which no error that is judged is larger by a tenth."""
-        return _small(self.selection.chosen, *self.without_each()) if self.horizons and self.selection.chosen else ()
+        return self.small_of(*self.without_each()) if self.horizons and self.selection.chosen else ()
+
+    def small_of(self, whole: Rung, others: Sequence[Rung]) -> tuple[Candidate, ...]:
+        """The same, by the errors with all effects and without each: as many of them as may be left out together.
+
+        Of two that stand for each other neither is missed alone.
+        """
+        falls = zip(map(partial(_rise_without, whole), others), self.selection.chosen, strict=True)
+        alone = [pair for pair in sorted(falls, key=lambda pair: pair[0]) if pair[0] < SETTINGS.worth_saying]
+        sets, names = [self.selection.present], tuple(candidate for _, candidate in alone)
+        for candidate in names:
+            sets.append(self.selection.without(sets[-1], candidate))
+        together = [_rise_without(whole, rung) < SETTINGS.worth_saying for rung in self._by(sets)[1:]] if names else []
+        return names[: [*together, False].index(False)]
 
     def bears_out(self, larger: EffectSet) -> bool:
         """Whether an error that is judged is surely a tenth larger without one effect more, or whole logs establish it,
@@ -132,26 +145,22 @@ def keep_needed(predicted: Predicted) -> Needed:
             and not attenuated(selection, candidate, selection.fit)
         }
         if not rises:
-            small = _small(selection.chosen, whole, others)
+            small = predicted.small_of(whole, others)
             break
         fewer = selection.without(selection.present, selection.chosen[min(rises, key=rises.__getitem__)])
         selection.put(fewer.chosen, fewer.fit)
     return Needed(tuple(candidate for candidate in before if candidate not in selection.chosen), small)
 
 
-def _small(chosen: Sequence[Candidate], whole: Rung, others: Sequence[Rung]) -> tuple[Candidate, ...]:
-    pairs = zip(chosen, others, strict=True)
-    return tuple(candidate for candidate, other in pairs if _changes_little(whole, other))
-
-
-def _changes_little(whole: Rung, without: Rung) -> bool:
-    """Whether no error that is judged is larger by a tenth without an effect, where predictions judge at all."""
-    parts = (
+def _rise_without(whole: Rung, without: Rung) -> float:
+    """The largest part of a judged error that goes with what is left out; all of it where predictions judge none."""
+    if not (whole.beats_hold or without.beats_hold):
+        return 1.0
+    return max(
         1.0 - errors[name].value / max(without.horizons[horizon][name].value, 1e-12)
         for horizon, errors in whole.horizons.items()
         for name in judged(errors)
     )
-    return (whole.beats_hold or without.beats_hold) and max(parts) < SETTINGS.worth_saying
 
 
 def no_worse(whole: Rung, without: Rung) -> bool:

@@ -115,7 +115,11 @@ class Terms:
         (judged, whitening), problems = self.alone(judged), self.problems
         gain = judged.fall(problems.folds) / self.loss(whitening)
         needed = SETTINGS.gain_beside if self.features[judged.name].within else SETTINGS.term_gain
-        if gain <= needed or self._hidden_in_a_step(judged) or judged.chance(problems.blocks) >= SETTINGS.false_alarms_of_each(len(self.pairs)):
+        if (
+            gain <= needed
+            or self._hidden_in_a_step(judged)
+            or judged.chance(problems.blocks) >= SETTINGS.false_alarms_of_each(len(self.pairs))
+        ):
             return None
         by_trim = problems.log_count >= SETTINGS.fewest_logs and judged.chance(problems.logs) > SETTINGS.level
         return None if by_trim else (gain, judged, whitening)
@@ -124,8 +128,9 @@ class Terms:
         """Whether a command's dependence on what it was is less than nobody knows of when in a step it acts."""
         feature, (channel, _, _, size) = self.features[judged.name], self._channel(judged.channel)
         varied = size * self.side.term(judged.channel, judged.name) @ judged.step[judged.preceding :]
-        row = float(feature.values[:, 0].std()) if feature.within and judged.name.endswith(f" {channel}") else 0.0
-        return float(varied.std()) < WITHIN_A_STEP * row
+        itself = feature.within and judged.name.endswith(f" {channel}")
+        hidden = WITHIN_A_STEP * float(feature.values[:, 0].std()) if itself else 0.0
+        return float(varied.std()) < hidden
 
     def leftover(self, judged: TermFit, whitening: Whitening) -> Leftover:
         """What an accepted term says: of a disturbance how large it is, of a parameter what its effect is."""

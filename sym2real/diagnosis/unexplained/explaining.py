@@ -25,7 +25,8 @@ def explain_rest(scored: Scored) -> tuple[tuple[Leftover, ...], Term | None]:
     # Commands that no row holds move the robot, and what they did goes with what it then did.
     commands_lost = prepared.checked.commands_lost or any(finding.doubtful for finding in scored.findings)
     leftovers = () if commands_lost else _leftovers(scored, rest)
-    if not (scored.findings or commands_lost) and not any(leftover.matters for leftover in leftovers):
+    judging = bool(scored.findings) and scored.gate.beats_hold
+    if not (judging or commands_lost or any(leftover.matters for leftover in leftovers)):
         leftovers = (*worse_than_nothing(scored), *leftovers)
     if not any(leftover.matters for leftover in leftovers):
         return leftovers, None
@@ -65,7 +66,7 @@ def beyond_floor(stages: Sequence[Rung], floor: Sequence[Floor]) -> bool:
         stages: errors on held-out logs.
         floor: of a model that misses nothing.
     """
-    return not (stages and floor and not _times_noise(stages, floor, SETTINGS.above_noise))
+    return not (stages and floor) or bool(beyond_times(stages, floor, SETTINGS.above_noise))
 
 
 def find_far(stages: Sequence[Rung], floor: Sequence[Floor], motion: float) -> tuple[Leftover, ...]:
@@ -76,12 +77,14 @@ def find_far(stages: Sequence[Rung], floor: Sequence[Floor], motion: float) -> t
         floor: of a model that misses nothing.
         motion: part of the robot's motion that all errors make.
     """
-    far = [error for error in _times_noise(stages, floor, SETTINGS.gap) if error[0] > SETTINGS.far]
+    far = [error for error in beyond_times(stages, floor, SETTINGS.gap) if error[0] > SETTINGS.far]
     return _worst(far, f"{judged_at(floor).horizon:.3g} s ahead" if far else "", motion)
 
 
-def _times_noise(stages: Sequence[Rung], floor: Sequence[Floor], beyond: float) -> list[tuple[float, str]]:
+def beyond_times(stages: Sequence[Rung], floor: Sequence[Floor], beyond: float) -> list[tuple[float, str]]:
     """Of errors over a controller's horizon, surely so many times the floor: how many times noise alone, and name."""
+    if not (stages and floor):
+        return []
     errors, level = stages[-1].horizons[stages[-1].nearest(JUDGED_AT)], judged_at(floor)
     lowest = [(errors[name].low, level.errors[name][0], name) for name in judged(errors)]
     far = ((error, level.noise.get(name, least), name) for error, least, name in lowest if error > beyond * least)
@@ -111,7 +114,13 @@ def disturbance_notes(floor: Sequence[Floor]) -> tuple[str, ...]:
 
 
 def worse_than_nothing(scored: Scored) -> tuple[Leftover, ...]:
-    """Predictions that are worse than none, held against the noise that the logs themselves show."""
+    """Predictions that are worse than none, held against the noise that the logs themselves show.
+
+    Where something was found all the same, noise alone must make them so: a pole that falls, not a rotor that sticks.
+    """
+    if scored.findings:
+        far = (error for error in beyond_times(scored.stages, scored.floor, 0.0) if error[0] > SETTINGS.far)
+        return _worst([*far], "with all that was found, which is worse than if nothing changed")
     nearest = min(scored.horizons, default=0.0)
     if not scored.stages or not scored.stages[-1].worse.get(nearest):
         return ()

@@ -61,22 +61,9 @@ def _best(balances: Balances, data: Dataset) -> Breach | None:
     if chosen is None:
         return None
     if isinstance(late := chosen.transformation, Late):
-        late = _to_the_row(balances, with_its_place(late, data, balances), data)
-        chosen = replace(chosen, transformation=late)
+        chosen = replace(chosen, transformation=with_its_place(late, data, balances))
     others = (breach.transformation for gain, breach in held if gain >= least)
     return replace(chosen, others=tuple(other.name for other in others if _apart(other, chosen.transformation)))
-
-
-def _to_the_row(balances: Balances, late: Late, data: Dataset) -> Late:
-    """By how many rows, about a number in a list: where a parabola through what is missed has its lowest point."""
-    rows = np.arange(round(0.7 * late.rows), round(1.4 * late.rows) + 1)
-    versions = [data, *(of_all(replace(late, rows=int(count)), data) for count in rows)]
-    as_logged, *losses = (balances.inside(logs).losses.mean(0) for logs in versions)
-    missed = np.array(losses)[:, (as_logged / np.min(losses, axis=0)).argmax()]
-    lowest = rows[np.clip(missed.argmin(), 1, len(rows) - 2)]
-    near = np.abs(rows - lowest) <= max(1.0, 0.2 * late.rows)
-    curved, slope, _ = np.polyfit(rows[near], missed[near], 2)
-    return replace(late, rows=int(np.clip(np.rint(-slope / (2.0 * curved)), rows[0], rows[-1])))
 
 
 def _late_commands(balances: Balances, data: Dataset) -> Breach | None:

@@ -27,7 +27,7 @@ from sym2real.vocabulary import ATTITUDE, EULER_ANGLES, HEADING, POSITION, RATE_
 
 TILTED = ("level velocity", "attitude about x", "attitude about y")  # what roll and pitch change
 SHIFTS = range(2, SHIFTED + 1)  # rows; honest sensors are up to one behind, and none reports what is still to come
-PLACE_SHIFTS = (*SHIFTS, 8, 10, 13, 16, 20)  # a receiver's are tenths of a second
+PLACE_SHIFTS = (*range(2, 13), 14, 16, 18, 20, 23, 26)  # a receiver's are tenths of a second
 
 
 def transformations(data: Dataset, balance: Balance) -> Iterator[Transformation]:

@@ -8,8 +8,11 @@ from functools import cache
 import numpy as np
 import pytest
 import torch
-from standard_set import Case, simulate_case
+from mujoco import MjData
+from standard_set import Case, simulate_case, standard_run
 
+from sym2real.dataset import Dataset
+from sym2real.diagnosis import diagnose
 from sym2real.diagnosis.estimate.fit import Nuisance, Problems
 from sym2real.diagnosis.estimate.whitening import Spread, estimate
 from sym2real.diagnosis.predict.library import Library
@@ -19,6 +22,10 @@ from sym2real.diagnosis.unexplained.dependence import Terms, find_dependence
 from sym2real.diagnosis.unexplained.disturbance_terms import features_in
 from sym2real.diagnosis.unexplained.leftover import Leftover
 from sym2real.effects import effect
+from sym2real.experiments.excitation import unlimited
+from sym2real.experiments.standard_conditions import sensors
+from sym2real.plants import MujocoPlant
+from sym2real.protocols import Change
 from sym2real.robots import ROBOTS
 
 
@@ -67,6 +74,25 @@ def test_a_command_that_lags_is_said_to_depend_on_what_was_sent_before() -> None
     left = found_in("mushr", "lag:speed", 0.3)
     assert left is not None
     assert (left.channel, left.explained_by) == ("speed", "earlier speed")
+
+
+@pytest.mark.slow
+def test_a_force_along_the_rates_cross_product_with_the_velocity_is_seen_and_no_gust() -> None:
+    """As Magnus' on a body that turns; its size varies with nothing that is measured alone."""
+    robot = ROBOTS["crazyflie"]
+
+    def magnus(_: object, data: MjData) -> None:
+        rate, velocity = data.xmat[1].reshape(3, 3) @ data.qvel[3:6], data.qvel[:3]
+        data.xfrc_applied[1, :3] += 0.05 * np.cross(rate, velocity)
+
+    def plant(rng: np.random.Generator) -> MujocoPlant:
+        return MujocoPlant(unlimited(robot), (sensors(robot, rng), Change("", force=magnus)))
+
+    flights = Dataset(standard_run(robot, plant, 3, index, yaw=True) for index in range(8))
+    found = diagnose(robot.nominal(), flights)
+    assert found.verdict == "UNEXPLAINED"
+    level = {left.channel: left.explained_by for left in found.leftovers if left.channel in ("fx", "fy")}
+    assert level == {"fx": "rate × velocity x", "fy": "rate × velocity y"}
 
 
 @pytest.mark.slow

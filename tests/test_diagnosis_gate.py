@@ -169,6 +169,19 @@ def test_where_predictions_judge_nothing_an_effect_is_no_answer_beside_what_is_l
     assert verdict(Parts((), found, left, hover), problems_of(800)) == "EFFECT"
 
 
+def test_errors_far_from_what_noise_and_disturbances_make_beside_something_left_leave_no_effect_established() -> None:
+    """A rotor that fails in the middle of flights is no damping, though a fifth of the error goes with one."""
+    ladder = stage("base", 3.0, 1.0), stage("+ rate_damping", 2.4, 1.0)
+    level = {"position": (0.7, "m"), "attitude": (0.9, "rad"), "velocity": (10.0, "m/s")}
+    found, left = (Finding("rate_damping", {}, 1.0),), (Leftover("time", "ty", 0.8, "", motion=0.5),)
+    far = Parts((), found, left, Gate(*ladder), ladder, (Floor(0.8, level),))
+    assert verdict(far, problems_of(800)) == "UNEXPLAINED"
+    assert "errors stay more than 3 times what noise and disturbances make" in summary("UNEXPLAINED", far)
+    near = (Floor(0.8, {**level, "position": (0.9, "m")}),)
+    for other in (replace(far, leftovers=()), replace(far, floor=near)):
+        assert verdict(other, problems_of(800)) == "EFFECT"
+
+
 def test_a_threshold_that_leaves_its_command_something_to_explain_has_another_form() -> None:
     """Of another mass half of the time a limit of the thrust explains most, and no answer to the thrust."""
     found, gate = (Finding("limit:thrust", {}, 1.0),), Gate(stage("base", 3.0, 1.0), stage("+ limit:thrust", 2.0, 1.0))

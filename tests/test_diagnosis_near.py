@@ -135,6 +135,18 @@ def test_what_no_prediction_needs_is_dropped_and_what_it_needs_stays() -> None:
     assert wind.tolist() == pytest.approx([WIND["fx"], WIND["fy"]], rel=0.1)
 
 
+def test_of_two_effects_that_stand_for_each_other_one_at_most_is_small() -> None:
+    """Neither drag is missed alone, the other fitted again; both are."""
+    flights = flights_with_all({"linear_drag": DRAG, "quadratic_drag": {"value": 0.005}})
+    selection = chosen(("linear_drag", "quadratic_drag"), "linear_drag", "quadratic_drag", flights=flights)
+    problem = selection.problems.problem
+    predicted = Predicted(selection, problem.library, problem.data)
+    whole, others = predicted.without_each()
+    for left_out in others:
+        assert left_out.horizons[0.8]["position"].value < 1.1 * whole.horizons[0.8]["position"].value
+    assert len(predicted.small_of(whole, others)) == 1
+
+
 @pytest.mark.slow
 def test_what_stays_once_another_has_gone_gives_way_to_what_the_logs_ask_for() -> None:
     """Drag stands for a wind, beside 80 mg that no prediction needs."""

@@ -56,7 +56,8 @@ class NominalQuadrotor(OfLogs):
     motor_unit: Literal["command", "rad/s"] | None = None
     """Unit of the motor actions (motors); by default what the log of --fit-thrust shows, else commands of 0 to 1."""
     motor_thrust: OptionalPositive = None
-    """Thrust of one rotor in N per unit of command, or N s²/rad² (motors); by default hover at half command."""
+    """Thrust of one rotor in N per unit of command, which it is proportional to, or N s²/rad² (motors); by default
+    hover at half command. Of a throttle that bends diagnose finds thrust_curve."""
     torque_per_thrust: float | None = None
     """Reaction torque per thrust of a rotor in m; with motors the Crazyflie's by default, else only a weak rotor needs
     it."""
@@ -135,7 +136,7 @@ class NominalCar(OfLogs):
     """Kinematic bicycle of a front-steered car: no simulator, no regression.
 
     Its position and velocity are those of the middle of the rear axle. A command acts from its row to the next; a yaw
-    rate is that at the row. Of a wrong --time-constant or --wheelbase diagnose finds speed_loop, wheelbase.
+    rate is that at the row. Of a wrong --time-constant diagnose finds speed_loop, of a wrong --wheelbase gain:steer.
 
     For example:
       sym2real nominal car --wheelbase 0.2955 --out runs/bicycle

@@ -42,7 +42,7 @@ WIND = Kind(
     summary="A steady force along world axes: wind, a pulling cable.",
     confused_with="a tilted mounting of the sensor while yaw stays; a slope under a car",
     shown_by="yaw that turns at 0.5 to 0.8 rad/s",
-    fix="shield the room or fly with the force in the model; where it follows the weather, estimate it in flight",
+    fix="shield the robot, or use the model that has the force; where it follows the weather, estimate it in flight",
     inject=truth.with_force(
         lambda data, body, values: truth.add_force(
             data, np.array([values.get(name, 0.0) for name in ("fx", "fy", "fz")])

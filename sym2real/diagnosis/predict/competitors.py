@@ -42,7 +42,7 @@ def competing(
     effects = {effect.key: effect for effect in known(equations)}
     reasons = {key: _why_not(effect, equations, data, exclude) for key, effect in effects.items()}
     reasons |= {
-        key: f"{effect.stood_for_by} stands for it: no flight tells them apart"
+        key: f"{effect.stood_for_by} stands for it: no log tells them apart"
         for key, effect in effects.items()
         if not reasons[key] and reasons.get(effect.stood_for_by) == ""
     }

@@ -78,7 +78,7 @@ def estimates(selection: Selection, candidate: Candidate, fit: Fit, near: Near |
 
 
 def averaged_ends(value: float, half: float, shifts: Tensor, weights: Tensor) -> tuple[float, float]:
-    """Ends of an interval that holds a value, and 95 % of normal distributions about it and where others have it.
+    """Ends of an interval that holds the chosen set's own, and 95 % of normal distributions about all sets' values.
 
     Args:
         value: in the chosen set.
@@ -94,7 +94,7 @@ def averaged_ends(value: float, half: float, shifts: Tensor, weights: Tensor) ->
 
     low = brentq(below, places.min() - 3.0, places.max() - 1.0, args=(0.025,))
     high = brentq(below, places.min() + 1.0, places.max() + 3.0, args=(0.975,))
-    return value + min(low, 0.0) * half / TWO_SIDED, value + max(high, 0.0) * half / TWO_SIDED
+    return value + min(low * half / TWO_SIDED, -half), value + max(high * half / TWO_SIDED, half)
 
 
 def none_within(near: Near, candidate: Candidate) -> bool:

@@ -169,6 +169,9 @@ def test_the_interval_of_a_delay_holds_it_where_commands_change_within_steps() -
     value = found.parameters["value"]
     assert value.low <= late <= value.high
     assert value.high - value.low < 1.3 * MUSHR.dt
+    assert value.low >= 0.0
+    share = found.parameters.get("mean_share")
+    assert share is None or 0.0 <= share.low <= share.high <= 1.0
 
 
 @pytest.mark.parametrize(

@@ -21,7 +21,7 @@ from functools import partial
 from sympy import Expr, Integer, Max, exp, floor
 
 from sym2real.effects.body import Body
-from sym2real.effects.kind import Kind, Parameter, Values
+from sym2real.effects.kind import Domain, Kind, Parameter, Values
 from sym2real.effects.memory import WHOLE
 from sym2real.effects.terms import defined, with_hidden
 from sym2real.symbolic import Equations, symbol
@@ -51,7 +51,8 @@ def _shown(body: Body) -> bool:
 
 def seen(body: Body) -> tuple[Parameter, ...]:
     """How much of the yaw rate's step goes by the mean as well."""
-    return (Parameter(SHARE, "1", null=0.0, low=0.0, high=1.0, scale=0.5),) if _shown(body) else ()
+    share = Parameter(SHARE, "1", null=0.0, low=0.0, high=1.0, scale=0.5, domain=Domain(0.0, 1.0))
+    return (share,) if _shown(body) else ()
 
 
 def parts(kind: Kind, weight: Weight, values: Values, body: Body) -> tuple[tuple[Kind, Values], ...]:

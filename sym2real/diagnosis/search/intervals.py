@@ -73,7 +73,8 @@ def estimates(selection: Selection, candidate: Candidate, fit: Fit, near: Near |
     for index, (slot, value, half) in zip(candidate.free, _around(selection, candidate, fit), strict=True):
         known = half < math.inf
         ends = averaged_ends(value, half, shifts[:, index], weights) if known else (slot.low, slot.high)
-        by_parameter[slot.name] = Estimate(value, *ends, slot.unit, known)
+        low, high = map(slot.domain.nearest, ends)
+        by_parameter[slot.name] = Estimate(value, low, high, slot.unit, known)
     return by_parameter
 
 

@@ -135,8 +135,9 @@ class NominalQuadrotor(OfLogs):
 class NominalCar(OfLogs):
     """Kinematic bicycle of a front-steered car: no simulator, no regression.
 
-    Its position and velocity are those of the middle of the rear axle. A command acts from its row to the next; a yaw
-    rate is that at the row. Of a wrong --time-constant diagnose finds speed_loop, of a wrong --wheelbase gain:steer.
+    Its position and velocity are those of the middle of the rear axle; steer is the angle of the front wheels in rad,
+    left positive. A command acts from its row to the next; a yaw rate is that at the row. Of a wrong --time-constant
+    diagnose finds speed_loop, of a wrong --wheelbase gain:steer.
 
     For example:
       sym2real nominal car --wheelbase 0.2955 --out runs/bicycle

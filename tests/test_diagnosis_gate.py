@@ -215,6 +215,12 @@ def test_predictions_far_from_noise_leave_something_where_disturbances_explain_e
     assert left.matters and left.term == "0.8 s ahead"
     assert "an error of position 4.00 times that of noise alone" in left.statement
     assert find_far([stage("base", 1.4, 2.9)], floor, 0.2) == ()
+    # Beside a finding that no prediction bears out, disturbances are no excuse.
+    (alone,) = find_far(
+        [stage("base", 1.0, 3.1)], (replace(floor[0], errors={**sizes, "attitude": (9.0, "rad")}),), beyond=0.0
+    )
+    assert (alone.channel, alone.matters) == ("attitude", True)
+    assert find_far([stage("base", 1.4, 2.9)], floor, beyond=0.0) == ()
     (small,) = find_far([stage("base", 12.0, 2.0)], floor, 0.005)
     assert not small.matters
 

@@ -20,6 +20,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
+from itertools import accumulate, takewhile
 
 import numpy as np
 import torch
@@ -93,11 +94,10 @@ class Predicted:
         """
         falls = zip(map(partial(_rise_without, whole), others), self.selection.chosen, strict=True)
         alone = [pair for pair in sorted(falls, key=lambda pair: pair[0]) if pair[0] < SETTINGS.worth_saying]
-        sets, names = [self.selection.present], tuple(candidate for _, candidate in alone)
-        for candidate in names:
-            sets.append(self.selection.without(sets[-1], candidate))
-        together = [_rise_without(whole, rung) < SETTINGS.worth_saying for rung in self._by(sets)[1:]] if names else []
-        return names[: [*together, False].index(False)]
+        small = tuple(candidate for _, candidate in alone)
+        sets = [*accumulate(small, self.selection.without, initial=self.selection.present)][1:]
+        together = map(partial(_rise_without, whole), self._by(sets) if sets else [])
+        return small[: sum(1 for _ in takewhile(lambda part: part < SETTINGS.worth_saying, together))]
 
     def bears_out(self, larger: EffectSet) -> bool:
         """Whether an error that is judged is surely a tenth larger without one effect more, or whole logs establish it,

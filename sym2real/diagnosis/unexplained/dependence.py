@@ -27,7 +27,14 @@ from sym2real.diagnosis.estimate.whitening import Spread, Whitening, estimate
 from sym2real.diagnosis.search.intervals import WITHIN_A_STEP
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.settings import SETTINGS
-from sym2real.diagnosis.unexplained.disturbance_terms import CONSTANT, Feature, Side, TermFit, features_in
+from sym2real.diagnosis.unexplained.disturbance_terms import (
+    CONSTANT,
+    Feature,
+    Side,
+    TermFit,
+    features_in,
+    name_of_earlier,
+)
 from sym2real.diagnosis.unexplained.features import part_of_changes
 from sym2real.diagnosis.unexplained.leftover import Leftover, split_in_words, unit_of
 from sym2real.effects.kind import with_unit
@@ -126,17 +133,21 @@ class Terms:
 
     def _hidden_in_a_step(self, judged: TermFit) -> bool:
         """Whether a command's dependence on what it was is less than nobody knows of when in a step it acts."""
-        feature, (channel, _, _, size) = self.features[judged.name], self._channel(judged.channel)
-        varied = size * self.side.term(judged.channel, judged.name) @ judged.step[judged.preceding :]
-        itself = feature.within and judged.name.endswith(f" {channel}")
-        hidden = WITHIN_A_STEP * float(feature.values[:, 0].std()) if itself else 0.0
-        return float(varied.std()) < hidden
+        channel, _, _, size = self._channel(judged.channel)
+        if judged.name != name_of_earlier(channel):
+            return False
+        hidden = WITHIN_A_STEP * float(self.features[judged.name].values[:, 0].std())
+        return size * float(self._varied(judged).std()) < hidden
+
+    def _varied(self, judged: TermFit) -> torch.Tensor:
+        """What a term makes of its channel, in steps of that ``# (S, pieces)``."""
+        return self.side.term(judged.channel, judged.name) @ judged.step[judged.preceding :]
 
     def leftover(self, judged: TermFit, whitening: Whitening) -> Leftover:
         """What an accepted term says: of a disturbance how large it is, of a parameter what its effect is."""
         segments, confirmed = self.problems.problem.segments, min(1.0, judged.fall(self.problems.folds) / judged.most)
         name, unit, level, size = self._channel(judged.channel)
-        varied = self.side.term(judged.channel, judged.name) @ judged.step[judged.preceding :]  # (S, pieces)
+        varied = self._varied(judged)
         motion = part_of_changes(segments, torch.einsum("srp,sp->sr", self.side.shapes[:, :, judged.channel], varied))
         values = (level + size * varied).flatten().numpy()
         if judged.name == CONSTANT:

@@ -67,9 +67,14 @@ def features_in(problem: Problem) -> dict[str, Feature]:
     for column, name in enumerate(problem.data.layouts.action):
         words = tuple(f"{name} {k * dt:.2g} s earlier less {name}" for k in EARLIER)
         change = within((sent[1:, :, column] - sent[0, :, column]).T, np.repeat(problem.segments.log, PIECES))
-        measured[f"earlier {name}"] = Feature(f"earlier {name}", words, change, within=True)
+        measured[name_of_earlier(name)] = Feature(name_of_earlier(name), words, change, within=True)
     varying = {name: feature for name, feature in measured.items() if np.ptp(feature.values) > SMALLEST}
     return {CONSTANT: Feature(CONSTANT, (), np.empty((len(values), 0))), **varying}
+
+
+def name_of_earlier(command: str) -> str:
+    """The name of what a command was less what it is."""
+    return f"earlier {command}"
 
 
 def _sent(problem: Problem, earlier: Sequence[int]) -> Array:

@@ -52,7 +52,7 @@ def _leftovers(scored: Scored, rest: Rest) -> tuple[Leftover, ...]:
         motion = part_of_changes(problems.problem.segments, errors)
         leftovers += find_misfit(problems.whitening.misfit(errors), motion)
         # Where a simulator has shown the base's own errors, these may be as large.
-        if own is None and scored.stages and scored.floor and not any(leftover.matters for leftover in leftovers):
+        if own is None and not any(leftover.matters for leftover in leftovers):
             leftovers += find_far(scored.stages, scored.floor, motion)
     return tuple(sorted(leftovers, key=lambda leftover: not leftover.matters))
 
@@ -69,15 +69,18 @@ def beyond_floor(stages: Sequence[Rung], floor: Sequence[Floor]) -> bool:
     return not (stages and floor) or bool(beyond_times(stages, floor, SETTINGS.above_noise))
 
 
-def find_far(stages: Sequence[Rung], floor: Sequence[Floor], motion: float) -> tuple[Leftover, ...]:
+def find_far(
+    stages: Sequence[Rung], floor: Sequence[Floor], motion: float | None = None, beyond: float = SETTINGS.gap
+) -> tuple[Leftover, ...]:
     """Predictions beyond the floor that are far from what noise alone makes: disturbances may explain every residual.
 
     Args:
         stages: errors on held-out logs.
         floor: of a model that misses nothing.
         motion: part of the robot's motion that all errors make.
+        beyond: times the floor that they must surely be.
     """
-    far = [error for error in beyond_times(stages, floor, SETTINGS.gap) if error[0] > SETTINGS.far]
+    far = [error for error in beyond_times(stages, floor, beyond) if error[0] > SETTINGS.far]
     return _worst(far, f"{judged_at(floor).horizon:.3g} s ahead" if far else "", motion)
 
 
@@ -119,8 +122,7 @@ def worse_than_nothing(scored: Scored) -> tuple[Leftover, ...]:
     Where something was found all the same, noise alone must make them so: a pole that falls, not a rotor that sticks.
     """
     if scored.findings:
-        far = (error for error in beyond_times(scored.stages, scored.floor, 0.0) if error[0] > SETTINGS.far)
-        return _worst([*far], "with all that was found, which is worse than if nothing changed")
+        return find_far(scored.stages, scored.floor, beyond=0.0)
     nearest = min(scored.horizons, default=0.0)
     if not scored.stages or not scored.stages[-1].worse.get(nearest):
         return ()

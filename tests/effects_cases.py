@@ -50,6 +50,7 @@ CASES: list[Case] = [
     (Q, "rotor_reaction", {"value": 5e-9}, 0.99, 0.12),
     (Q, "rate_damping", {"dx": 1e-4, "dy": 2e-4, "dz": 1e-4}, 0.999, 0.02),
     (Q, "rate_loop_gain", {"value": 0.8}, 0.999, 0.02),
+    (Q, "rate_loop_gain", {"value": 0.9, "yaw": 0.6}, 0.999, 0.02),
     (Q, "motor_lag", {"value": 0.03}, 0.999, 0.01),
     (Q, "motor_lag", {"value": 0.07}, 0.999, 0.01),
     (Q, "delay", {"value": 0.02}, 0.999, 0.01),

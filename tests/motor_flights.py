@@ -142,7 +142,7 @@ def motor_flights(
         period: of control in s.
     """
     hidden = {**(hidden or {}), **({"com_offset": dict(zip(("rx", "ry", "rz"), com, strict=True))} if com else {})}
-    changes = [effect(key, CRAZYFLIE).inject(**values) for key, values in hidden.items()]
+    changes = [effect(key, ROBOT).inject(**values) for key, values in hidden.items()]
     robot, flown = replace(ROBOT, dt=period), []
     for number, name in enumerate(names):
         rng, task = np.random.default_rng([seed, number]), make_task(name, CRAZYFLIE)

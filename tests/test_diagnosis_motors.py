@@ -26,6 +26,14 @@ def test_what_acts_on_the_rotation_of_a_robot_of_motors_is_named_and_nothing_bes
 
 
 @pytest.mark.slow
+def test_a_limit_that_all_motors_share_is_one_effect() -> None:
+    names, hidden = ("circle", "circle", "lemniscate"), {"limit": {"upper": 0.5}}
+    found = diagnose(equations(every=1), motor_flights(hidden=hidden, every=1, seconds=6.0, dither=0.03, names=names))
+    assert [one.effect for one in found.findings] == ["limit"]
+    assert found.findings[0].values == pytest.approx({"upper": 0.5}, rel=0.02)
+
+
+@pytest.mark.slow
 def test_rotors_that_react_a_little_are_named_although_they_move_one_direction_of_nine_alone() -> None:
     hidden = {"torque_scale": HIDDEN["torque_scale"], "rotor_reaction": {"value": 3e-9}}
     flights = motor_flights(hidden=hidden, every=1, seconds=6.0, names=("hover", "circle", "lemniscate") * 2)

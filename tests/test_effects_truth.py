@@ -32,6 +32,7 @@ OF_MOTORS = [
     ("torque_scale", {"kx": 0.5, "ky": 1.5, "kz": 0.1}, 0.999, 0.01),
     ("torque_scale", {"kz": 4.0}, 0.999, 0.01),
     ("rotor_loss", {"rotor": 2, "value": 0.02}, 0.999, 0.02),
+    ("limit", {"upper": 1530.0}, 0.999, 0.01),
     ("rotor_reaction", {"value": 2e-8}, 0.99, 0.05),
     ("rate_damping", {"dx": 2e-5, "dy": 4e-5, "dz": 2e-5}, 0.999, 0.02),
     ("flapping_moment", {"a": 2e-6, "b": -3e-6}, 0.999, 0.03),
@@ -88,7 +89,7 @@ def test_substitution_does_what_injection_does_to_a_robot_of_motors(
 ) -> None:
     """Four actuators at four sites, whose speeds are known, against equations of motor speeds."""
     given, base, own = run_of_motors(), motor_flights.equations(unit="rad/s"), motor_flights.description()
-    plain, truth = (simulated(given, changes, own) for changes in ([], [effect(key, CRAZYFLIE).inject(**values)]))
+    plain, truth = (simulated(given, changes, own) for changes in ([], [effect(key, given.robot).inject(**values)]))
     changed = change(given.robot, truth, plain)
     hypothesis = effect(key, base).substitute(base, values)
     predictions = [predicted(equations, given) for equations in (hypothesis, base)]

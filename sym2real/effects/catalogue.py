@@ -38,7 +38,7 @@ def effect(key: str, described: Describable) -> Effect:
         raise unknown_effect(key, keys(described))
     kind = EFFECTS[name]
     columns = columns_of(kind, described)
-    bound = colon or (columns and kind.column_needed)
+    bound = colon or (columns and not kind.of_all(Body.of(described)))
     if bound and column not in columns:
         raise UnknownNameError("effect", key, [f"{name}:{known}" for known in columns] or [name])
     body = Body.of(described, column)
@@ -70,7 +70,7 @@ def keys(described: Describable) -> Iterator[str]:
     body = Body.of(described)
     for name, kind in EFFECTS.items():
         columns = columns_of(kind, described)
-        if kind.fits(body) and (not kind.columns or (columns and not kind.column_needed)):
+        if kind.fits(body) and (not kind.columns or (columns and kind.of_all(body))):
             yield name
         yield from (f"{name}:{column}" for column in columns if kind.fits(body))
 
@@ -115,7 +115,7 @@ def require_patterns(patterns: Iterable[str]) -> None:
         matching = [kind for kind in EFFECTS.values() if fnmatch(kind.name, name)]
         if not matching:
             raise unknown_effect(pattern, EFFECTS)
-        if pattern == name and all(kind.columns and kind.column_needed for kind in matching) and "*" not in pattern:
+        if pattern == name and all(kind.column_needed for kind in matching) and "*" not in pattern:
             raise UnknownNameError("effect", pattern, [f"{pattern}:*", f"{pattern}:COLUMN"])
 
 

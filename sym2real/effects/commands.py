@@ -13,6 +13,7 @@ magnitude then says both limits.
 """
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 import numpy as np
 import torch
@@ -24,7 +25,7 @@ from sym2real.effects.kind import UNLIMITED, Kind, Numbers, Parameter, Values, o
 from sym2real.effects.memory import Given, Memory, first_row
 from sym2real.effects.searching import Searching, Shown, alone_on, by_role
 from sym2real.effects.terms import scaled
-from sym2real.layout import turned_by_motors
+from sym2real.layout import motors_of, turned_by_motors
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
 from sym2real.trajectory import Array, Trajectory
@@ -108,7 +109,13 @@ OF_MEAN, OF_LARGEST, CANDIDATES = 0.4, 0.8, 4
 BOTH_WAYS, ALIKE = 0.5, frozenset({"rad", "rad/s", "N", "N m"})
 
 
+def _one_of(body: Body) -> Body:
+    """The body as an effect on its first motor sees it, where all motors have the same limit."""
+    return body if body.column else replace(body, column=body.layouts.action.columns[0])
+
+
 def _limit_parameters(body: Body) -> tuple[Parameter, ...]:
+    body = _one_of(body)
     large = 100 * body.scale
     return (
         Parameter("lower", body.unit, null=-UNLIMITED, low=-large, high=0.0, scale=body.scale),
@@ -138,7 +145,7 @@ def _clip(command: float, body: Body, values: Numbers) -> float:
 def _end(body: Body, values: Array) -> str:
     """The end that logs reach: upper or lower; a magnitude of what ends alike on both sides and is sent to both."""
     up, down = (float((side * values).max(initial=0.0)) for side in (1.0, -1.0))
-    if body.unit in ALIKE and min(up, down) > BOTH_WAYS * max(up, down):
+    if _one_of(body).unit in ALIKE and min(up, down) > BOTH_WAYS * max(up, down):
         return "magnitude"
     return "upper" if up >= down else "lower"
 
@@ -180,6 +187,7 @@ LIMIT = Kind(
     inject=truth.commanding(_clip),
     memory=lambda body: Memory(first_row, _cut),
     columns="action",
+    of_all=lambda body: {*motors_of(body.layouts.action)} == {*body.layouts.action},
     contradiction=_contradiction,
     searching=Searching(
         why_not=alone_on("motors"),

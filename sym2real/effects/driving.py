@@ -133,7 +133,7 @@ WHEEL_RADIUS = _of_wheels(
     ),
     needs=(DRILLING,),
     columns="joint",
-    column_needed=False,
+    of_all=lambda _: True,
     searching=Searching(shown_in=lambda _: (Shown.SPEEDS,)),
 )
 

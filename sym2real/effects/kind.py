@@ -97,6 +97,10 @@ Substitute = Callable[[Equations, Values, Body], Equations]
 Inject = Callable[[Body, Numbers], Change]
 
 
+def _of_none(_: Body) -> bool:
+    return False
+
+
 @dataclass(frozen=True)
 class Kind:
     """An entry of the registry.
@@ -118,7 +122,7 @@ class Kind:
         numbers: the robot's numbers that it cannot do without, likewise.
         robot: the robots that have it.
         columns: group whose columns it binds to, the joints, the sites of loads, or parameters; "" for none.
-        column_needed: false where no column means all of them.
+        of_all: whether it may be on all columns of a robot like this one at once, which no column means.
         parts: for effects that are two others: their kinds and values.
         hidden: hidden states that it brings; equations that have one of them have the effect already.
         shared: hidden states that it may bring, and that several effects may have in common.
@@ -130,7 +134,7 @@ class Kind:
         reads: inputs that it goes by where the equations have them.
         scales: name of the robot's number that its only value multiplies; "" for none.
         distinguished_by: how to tell it from what equals it on every flight, for a sentence; "" where nothing does.
-        nuisance: factors on its value between which nobody knows a healthy robot's, so that it is free in every fit.
+        nuisance: factors on its first value between which no healthy robot's is known: it is free in every fit.
         of_joints: name of the kind that a robot of joints has in its place; "" for none.
     """
 
@@ -149,7 +153,7 @@ class Kind:
     numbers: tuple[str, ...] = ()
     robot: Literal["quadrotor", "car", "both", "robot with joints", "model with named parameters"] = "both"
     columns: Literal["", "action", "state", "joint", "site", "parameter"] = ""
-    column_needed: bool = True
+    of_all: Callable[[Body], bool] = _of_none
     parts: Callable[[Values, Body], tuple[tuple[Kind, Values], ...]] | None = None
     hidden: tuple[str, ...] = ()
     shared: tuple[str, ...] = ()
@@ -163,6 +167,11 @@ class Kind:
     distinguished_by: str = ""
     nuisance: tuple[float, float] | None = None
     of_joints: str = ""
+
+    @property
+    def column_needed(self) -> bool:
+        """Whether it is never on all columns at once."""
+        return bool(self.columns) and self.of_all is _of_none
 
     def fits(self, body: Body) -> bool:
         """Whether robots like this one can have it."""

@@ -2,7 +2,8 @@
 
 ``rate_loop``. The on-board rate loop ω̇ = K (ω_cmd - ω) + τ/J over one held step, from the robot's J and K.
 
-``rate_loop_gain``. The on-board rate loop is stiffer or softer than nominal: ω̇ = k K (ω_cmd - ω) + τ/J.
+``rate_loop_gain``. The on-board rate loop is stiffer or softer than nominal: ω̇ = k K (ω_cmd - ω) + τ/J, about yaw by a
+further factor.
 
 The torque that is put in makes the rate at the end of a step that of the changed loop, exactly.
 
@@ -23,6 +24,7 @@ body, the torque over a step is that of the mean rate (trapezoidal rule), with t
 
 import math
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -122,7 +124,11 @@ LOOPS = RATE.columns
 
 def _rate_loop_gain_substitute(equations: Equations, values: Values, body: Body) -> Equations:
     loops = rate_loops(body, equations.dt)
-    torque = [loop.with_gain(values["value"], 1.0, other_torque(equations, loop.axis)) for loop in loops]
+    factors = (values["value"], values["value"], values["value"] * values["yaw"])
+    torque = [
+        loop.with_gain(factor, 1.0, other_torque(equations, loop.axis))
+        for loop, factor in zip(loops, factors, strict=True)
+    ]
     return apply_wrench(equations, body, torque=torque)
 
 
@@ -134,14 +140,17 @@ def _multiply_stiffness(actuator: Any, by: float) -> None:
 def _stiffen(spec: Any, body: Body, values: Numbers) -> None:
     for actuator in spec.actuators:
         if actuator.name in LOOPS:
-            _multiply_stiffness(actuator, values["value"])
+            yaw = values["yaw"] if actuator.name == LOOPS[-1] else 1.0
+            _multiply_stiffness(actuator, values["value"] * yaw)
 
+
+_STIFFER = partial(Parameter, unit="1", null=1.0, low=0.1, high=5.0, scale=0.2, domain=POSITIVE)
 
 RATE_LOOP_GAIN = Kind(
     name="rate_loop_gain",
     stage="loop",
-    parameters=of_any_body(Parameter("value", "1", null=1.0, low=0.1, high=5.0, scale=0.2, domain=POSITIVE)),
-    formula=r"\tau = k\,J K\,(\omega_\mathrm{cmd} - \omega)",
+    parameters=of_any_body(_STIFFER("value"), _STIFFER("yaw")),
+    formula=r"\tau = k\,\mathrm{diag}(1, 1, k_\mathrm{yaw})\,J K\,(\omega_\mathrm{cmd} - \omega)",
     summary="The on-board rate loop is stiffer or softer than the nominal one.",
     confused_with="an inertia that is off, always; motor lag or delay in hover",
     shown_by=EXCITED,

@@ -161,7 +161,7 @@ def actuators(spec: Any, body: Body) -> list[Any]:
 
 
 def commanding(change: Callable[[float, Body, Numbers], float], column: str = "") -> Inject:
-    """A truth that maps a command to another one: the bound one, or that of a column.
+    """A truth that maps a command to another one: the bound one, all where none is, or that of a column.
 
     Where thrust is none, but what motors give together, they give so many times more.
     """
@@ -173,11 +173,11 @@ def commanding(change: Callable[[float, Body, Numbers], float], column: str = ""
     def inject(body: Body, values: Numbers) -> Change:
         if (column or body.column) in body.quantities:
             return with_force(scale)(body, values)
-        place = body.layouts.action.index(column or body.column)
+        places = [body.layouts.action.index(column)] if column else body.action_indices()
 
         def apply(action: Array) -> Array:
             result = action.copy()
-            result[place] = change(float(action[place]), body, values)
+            result[places] = [change(float(action[place]), body, values) for place in places]
             return result
 
         return Change("", command=lambda: apply)

@@ -252,7 +252,7 @@ class Problems:
 
 def nuisance_of(library: Library, origin: Tensor) -> Nuisance:
     """The nuisance of a library around what is known of its base ``# (P,)``."""
-    known = [(slot, effect.of.nuisance) for key, effect in library.effects.items() for slot in library.indices(key)]
+    known = [(slot, effect.of.nuisance) for key, effect in library.effects.items() for slot in library.indices(key)[:1]]
     bounds = [(slot, float(origin[slot]), factors) for slot, factors in known if factors is not None]
     return Nuisance(
         tuple(slot for slot, _, _ in bounds),

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.faults.mistakes.transformation import Transformation, as_meant
+from sym2real.diagnosis.faults.mistakes.transformation import Transformation, mended
 from sym2real.effects import compose, effect
 from sym2real.effects.readings import SENSOR_SIGN
 from sym2real.logs.sources import AsRead
@@ -75,7 +75,7 @@ class Breach:
         """The logs as they are meant."""
         here = None if self.log is None else self.log[0]
         return Dataset(
-            as_meant(self.transformation, log) if here in (None, place) else log for place, log in enumerate(data)
+            mended(self.transformation, log) if here in (None, place) else log for place, log in enumerate(data)
         )
 
     def in_log(self, data: Dataset, place: int) -> Breach:

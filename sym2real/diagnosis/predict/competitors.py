@@ -87,10 +87,11 @@ def _refused(key: str, equations: Equations) -> str:
 
 
 def values_for(equations: Equations, effect: Effect, data: Dataset) -> Array:
-    """Values of the command that an effect is bound to in all logs ``# (rows,)``; none for an effect of no column."""
-    if not effect.column or effect.of.columns != "action":
+    """Values of the command that an effect is on, or of all, in all logs ``# (values,)``; none for other effects."""
+    if effect.of.columns != "action":
         return np.zeros(0)
-    return np.concatenate([column_values(equations, effect.column, trajectory) for trajectory in data])
+    names = (effect.column,) if effect.column else data.layouts.action.columns
+    return np.concatenate([column_values(equations, name, trajectory) for trajectory in data for name in names])
 
 
 def still(equations: Equations, effect: Effect, data: Dataset) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.faults.fault import Fault, Settled
 from sym2real.diagnosis.faults.mistakes.balance import Balances, chance, missed_beside_drag
-from sym2real.diagnosis.faults.mistakes.transformation import Late, of_all
+from sym2real.diagnosis.faults.mistakes.transformation import Late, mended, of_all
 from sym2real.diagnosis.faults.sensor_faults import of_the_model
 from sym2real.diagnosis.faults.sensor_readings import PATH, Reading, measured_by, readings
 from sym2real.diagnosis.settings import SETTINGS
@@ -58,7 +58,7 @@ def _by_common_clock(lates: Sequence[tuple[Late, str]], data: Dataset) -> Settle
     for exact, text in lates:
         late = replace(exact, rows=SETTINGS.part_of_a_row * round(exact.rows / SETTINGS.part_of_a_row))
         faults.append(Fault("", f"{late.name}: {text}", late.fix(read)))
-        data = of_all(late, data)
+        data = Dataset(mended(late, log) for log in data)
     return faults, data
 
 

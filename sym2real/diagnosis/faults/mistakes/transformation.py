@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from math import atan2, cos, degrees, sin
+from math import atan2, ceil, cos, degrees, sin
 from typing import Protocol
 
 import numpy as np
@@ -226,10 +226,22 @@ class Late:
         back = log.with_columns({name: np.interp(rows + self.rows, rows, log.column(name)) for name in self.columns})
         return replace(back, state=log.layouts.state.normalise(torch.as_tensor(back.state)).numpy())
 
+    def known(self, log: Trajectory) -> Trajectory:
+        """The rows in which these columns were measured, of a log that has them shifted back; of too few all."""
+        lost = ceil(abs(self.rows))
+        start, stop = (0, len(log) - lost) if self.rows > 0 else (lost, len(log))
+        return log.rows(start, stop) if stop - start > lost else log
+
 
 def of_all(transformation: Transformation, data: Dataset) -> Dataset:
     """The logs without the mistake."""
     return Dataset(as_meant(transformation, log) for log in data)
+
+
+def mended(transformation: Transformation, log: Trajectory) -> Trajectory:
+    """A log without the mistake, and without the rows of which it leaves nothing."""
+    meant = as_meant(transformation, log)
+    return transformation.known(meant) if isinstance(transformation, Late) else meant
 
 
 def as_meant(transformation: Transformation, log: Trajectory) -> Trajectory:

@@ -12,10 +12,11 @@ from sym2real.diagnosis.answer import Diagnosis, conclude, unscored
 from sym2real.diagnosis.design.separation import untested_notes, with_advice
 from sym2real.diagnosis.errors.regions import locate
 from sym2real.diagnosis.estimate.preparation import Prepared, calibrate_base, estimate_covariance, refine_base
+from sym2real.diagnosis.naming import doubtful_names, instead, renamed
 from sym2real.diagnosis.question import Question, check_data
-from sym2real.diagnosis.score.finding import score
+from sym2real.diagnosis.score.finding import Scored, score
 from sym2real.diagnosis.score.prediction_refit import refit_for_prediction
-from sym2real.diagnosis.search.beam import search
+from sym2real.diagnosis.search.beam import SearchResult, search
 from sym2real.diagnosis.unexplained.explaining import explain_rest
 from sym2real.logs.conditions import Region
 from sym2real.plants import MujocoPlant
@@ -34,6 +35,17 @@ def prepare(question: Question, stages: Stages) -> Prepared:
     base = stages.run("calibrating the base", refine_base, examined)
     whitened = stages.run("estimating the covariance of errors", estimate_covariance, base)
     return stages.run("calibrating effects", calibrate_base, whitened)
+
+
+def _searched(stages: Stages, question: Question) -> tuple[SearchResult, Scored | None]:
+    """What a search makes of a question; nothing is scored where that was interrupted."""
+    result = search(prepare(question, stages), stages)
+    return result, stages.try_to("scoring on held-out data", score, result)
+
+
+def _answer(stages: Stages, result: SearchResult, scored: Scored | None) -> Diagnosis:
+    explained = scored and stages.try_to("explaining what is left", explain_rest, scored)
+    return conclude(scored, *explained) if scored and explained else unscored(result)
 
 
 @one_thread()
@@ -81,11 +93,14 @@ def diagnose(
     """
     started, stages = time.perf_counter(), Stages(on_progress, finish=finish_on_interrupt)
     question = Question(model, data, plant, calibrate, held_out, exclude, horizon=horizon)
-    prepared = prepare(question, stages)
-    result = search(prepared, stages)
-    scored = stages.try_to("scoring on held-out data", score, result)
-    explained = scored and stages.try_to("explaining what is left", explain_rest, scored)
-    answer = conclude(scored, *explained) if scored and explained else unscored(result)
+    result, scored = _searched(stages, question)
+    answer = _answer(stages, result, scored)
+    for key in doubtful_names(answer, result.prepared.checked.data):
+        others = partial(instead, scored, partial(_searched, stages))
+        if better := stages.try_to(f"trying what {key} stands for in its place", others, key):
+            result, scored = better.result, better
+            answer = renamed(_answer(stages, result, scored), key)
+    prepared = result.prepared
     if scored and answer.established:
         refit = stages.try_to("refitting for prediction", refit_for_prediction, scored)
         answer = replace(answer, prediction=refit)

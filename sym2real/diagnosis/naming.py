@@ -1,0 +1,49 @@
+"""Which of the effects that these logs hardly tell apart is named: another one, where that predicts better.
+
+At one speed tyres that slip do what a lever arm does, and the arm is named (``groups.py``). Drives at other speeds
+tell them apart, and where something is left beside the arm, the slip is put in its place.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from sym2real.dataset import Dataset
+from sym2real.diagnosis.answer import Diagnosis
+from sym2real.diagnosis.predict.competitors import NotTested
+from sym2real.diagnosis.question import Question
+from sym2real.diagnosis.score.finding import Scored
+from sym2real.diagnosis.score.held_out import Gate
+from sym2real.diagnosis.search.beam import SearchResult
+from sym2real.effects.groups import unnamed
+
+Searched = tuple[SearchResult, Scored | None]
+
+
+def doubtful_names(answer: Diagnosis, data: Dataset) -> tuple[str, ...]:
+    """Effects that are named for others in such logs, where something is left: one of those may do better."""
+    stood_for = unnamed({finding.effect for finding in answer.findings}, data) if answer.leftovers else {}
+    untested = {entry.effect for entry in answer.not_tried}
+    return tuple(dict.fromkeys(by for key, (by, _) in stood_for.items() if key in untested))
+
+
+def instead(scored: Scored | None, searched: Callable[[Question], Searched], key: str) -> Scored | None:
+    """What predicts better with one that an effect stands for in its place: of few effects, then of all; else None."""
+    if scored is None:
+        return None
+    prepared, chosen = scored.result.prepared, {candidate.name for candidate in scored.result.selection.chosen}
+    without = replace(prepared.question, exclude=(*prepared.question.exclude, key))
+    others = [prepared.library.key(other.name) for other in prepared.candidates if other.name not in chosen]
+    better = None
+    for question in (replace(without, exclude=(*without.exclude, *others)), without):
+        _, better = searched(question)
+        if better is None or not Gate(scored.gate.after, better.gate.after).fallen:
+            return None
+    return better
+
+
+def renamed(answer: Diagnosis, key: str) -> Diagnosis:
+    """An answer that was made without an effect which others now stand for."""
+    entry = NotTested(key, "another effect, which predicts these logs better, stands for it")
+    return replace(answer, not_tried=tuple(entry if other.effect == key else other for other in answer.not_tried))

@@ -1,0 +1,90 @@
+"""Which of the effects that are equal at one speed is named, where logs tell a little of other speeds."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sym2real.dataset import Dataset
+from sym2real.diagnosis import Diagnosis, diagnose
+from sym2real.diagnosis.naming import doubtful_names, renamed
+from sym2real.diagnosis.predict.competitors import NotTested
+from sym2real.diagnosis.score.finding import Finding
+from sym2real.diagnosis.unexplained.leftover import Leftover
+from sym2real.effects.manoeuvres import steady_speed
+from sym2real.robots import car
+from sym2real.trajectory import Trajectory
+
+# A car of full size: kg, kg m², m from the centre of mass to the axles, N/rad of an axle.
+MASS, INERTIA, FRONT, REAR = 1500.0, 2200.0, 1.25, 1.45
+STIFFNESS = 1500.0 * 9.81 * 13.0  # of both axles together
+SLIP = 1.0 / (13.0 * 9.81)  # rad of the rear axle's slip per m/s², with the load's share of the stiffness
+MODEL = car(FRONT + REAR, mass=MASS, time_constant=0.5, dt=0.05)
+SUBSTEPS = 25
+
+
+def drive(seed: int, speed: float, rows: int = 300) -> Trajectory:
+    """How the rear axle of a single track with linear tyres moves (R. Rajamani, "Vehicle Dynamics and Control", 2.3).
+
+    Its axles bear their load's share of the stiffness, so that it neither over- nor understeers.
+    """
+    rng = np.random.default_rng(seed)
+    x = y = yaw = across = rate = 0.0
+    along, states, actions, step = speed, [], [], 0.05 / SUBSTEPS
+    for row in range(rows):
+        if row % 10 == 0:
+            command = np.array([rng.uniform(-0.06, 0.06), speed + rng.uniform(-0.3, 0.3)])
+        outward = across - REAR * rate
+        c, s = np.cos(yaw), np.sin(yaw)
+        place, velocity = (x - REAR * c, y - REAR * s), (along * c - outward * s, along * s + outward * c)
+        states.append([*place, s, c, *velocity, rate])
+        actions.append(command)
+        for _ in range(SUBSTEPS):
+            shares = np.array([REAR, FRONT]) / (FRONT + REAR)
+            slips = np.array([command[0] - (across + FRONT * rate) / along, -(across - REAR * rate) / along])
+            front, rear = STIFFNESS * shares * slips
+            along += step * (command[1] - along) / 0.5
+            across += step * ((front + rear) / MASS - along * rate)
+            rate += step * (FRONT * front - REAR * rear) / INERTIA
+            yaw += step * rate
+            x, y = (
+                x + step * (along * np.cos(yaw) - across * np.sin(yaw)),
+                y + step * (along * np.sin(yaw) + across * np.cos(yaw)),
+            )
+    noise = np.array([0.02, 0.02, 0.0, 0.0, 0.03, 0.03, 0.003])
+    state = np.array(states) + noise * rng.standard_normal((rows, 7))
+    heading = np.arctan2(state[:, 2], state[:, 3]) + 0.002 * rng.standard_normal(rows)
+    state[:, 2], state[:, 3] = np.sin(heading), np.cos(heading)
+    return Trajectory.from_arrays(state, np.array(actions), MODEL.layouts, dt=0.05, name=f"drive {seed}")
+
+
+@pytest.mark.slow
+def test_tyres_that_slip_are_named_before_an_arm_where_a_few_other_speeds_show_them() -> None:
+    data = Dataset(drive(seed, speed) for seed, speed in enumerate((8.0, 8.2, 7.8, 8.1, 5.0, 11.0)))
+    assert steady_speed(list(data))
+    found = diagnose(MODEL, data)
+    named = {finding.effect: finding for finding in found.findings}
+    assert "lever_arm" not in named
+    assert named["tyre_slip"].values["value"] == pytest.approx(SLIP, rel=0.1)
+    assert "lever_arm" in named["tyre_slip"].group
+    assert {entry.effect: entry.reason for entry in found.not_tried}["lever_arm"].startswith("another effect")
+
+
+LEFT = Leftover("speed", "steer", 0.3, "")
+UNTESTED = (NotTested("tyre_slip", "lever_arm stands for it"), NotTested("slope", "wind stands for it"))
+ANSWER = Diagnosis("EFFECT", "", (), (Finding("lever_arm", {}, 1.0),), (LEFT,), not_tried=UNTESTED)
+
+
+def test_a_name_is_doubtful_where_something_is_left_and_another_was_not_tested() -> None:
+    data = Dataset([drive(0, 8.0)])
+    assert doubtful_names(ANSWER, data) == ("lever_arm",)
+    assert doubtful_names(replace(ANSWER, leftovers=()), data) == ()
+    assert doubtful_names(replace(ANSWER, not_tried=()), data) == ()
+    assert doubtful_names(replace(ANSWER, findings=()), data) == ()
+
+
+def test_what_lost_its_name_is_said_to_stand_behind_another_effect() -> None:
+    answer = renamed(ANSWER, "slope")
+    assert [entry.reason.startswith("another effect") for entry in answer.not_tried] == [False, True]

@@ -48,6 +48,9 @@ MOTOR_TORQUES = ("torque_x", "torque_y", "torque_z")
 WRENCH = (*FORCE.columns, *TORQUE.columns)
 # On wheels of one axle: the torque in N m by which they brake a turn, and the inertia in kg m² that turns.
 DRILLING, TURNING_INERTIA = "drilling", "turning_inertia"
+# The same: the mass in kg that moves ahead and the inertia in kg m² that turns, with what turns with a wheel; the first
+# moment in kg m of the mass ahead of the axle.
+MASS_AHEAD, MASS_MOMENT, MASS_TURNING = "mass_ahead", "mass_moment", "mass_turning"
 HEIGHT = POSITION.columns[2]
 (THRUST_COLUMN,), (STEER_COLUMN,), (SPEED_COLUMN,) = THRUST.columns, STEERING.columns, SPEED.columns
 (ACCELERATION_COLUMN,) = ACCELERATION.columns

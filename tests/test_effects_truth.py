@@ -80,6 +80,7 @@ def test_every_effect_is_held_against_the_simulator() -> None:
         "turning_friction",
         "wheel_radius",
         "track_width",
+        "carried_mass",
     }
 
 

@@ -34,6 +34,7 @@ HIDDEN = [
     ("turning_friction", {"value": 0.05}, set()),
     ("wheel_radius", {"value": 0.95}, set()),
     ("track_width", {"value": 1.05}, set()),
+    ("carried_mass", {"mass": 1.0, "moment": -0.03, "inertia": 0.02}, set()),
     ("delay", {"value": 0.04}, set()),
 ]
 
@@ -114,6 +115,7 @@ def test_effects_are_the_robots_where_the_scene_has_bodies_before_it(base: Equat
         ("wheel_radius", {"value": 0.9}),
         ("wheel_radius:left_wheel", {"value": 1.1}),
         ("track_width", {"value": 0.9}),
+        ("carried_mass", {"mass": 2.0, "moment": -0.1, "inertia": 0.05}),
         ("linear_drag", {"cx": 10.0}),
         ("wind", {"fx": 5.0, "fy": -3.0}),
     ],

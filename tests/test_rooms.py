@@ -51,7 +51,7 @@ DIAGNOSIS_FLOORS = {
     name: floor
     for floor, name in enumerate(
         ("settings", "data", "faults", "question", "predict", "estimate", "errors", "search", "score",
-         "unexplained", "design", "conclusion", "answer", "pipeline", "adding")
+         "unexplained", "design", "conclusion", "answer", "naming", "pipeline", "adding")
     )
 }  # fmt: skip
 MOST_FILES = 12

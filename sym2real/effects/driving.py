@@ -15,6 +15,9 @@ metre.
 ``track_width``. Wheels further apart, or closer, than nominal: b → k·b, so that a difference of their rates turns less,
 or more.
 
+``carried_mass``. A load on the chassis, or another mass than nominal: m → m + Δm, with the first moment m c_x ahead of
+the axle and the inertia J about the axle's middle, each on its own.
+
 ``slope``. A floor that is not level: a constant force m·g in the plane.
 
 ``wheelbase``. Another distance between the axles: L → k·L, so that tan(steer) turns the car 1/k times as much.
@@ -22,6 +25,7 @@ or more.
 ``yaw_drag``. A torque against turning: τ_z = -c·J·ω_z, J the yaw inertia about the rear axle.
 """
 
+import math
 from functools import partial
 from typing import Any
 
@@ -30,13 +34,22 @@ from sympy import atan, sign, tan
 
 from sym2real.effects import truth
 from sym2real.effects.body import GRAVITY, Body
-from sym2real.effects.kind import POSITIVE, Kind, Numbers, Parameter, Values, of_any_body
+from sym2real.effects.kind import ANYTHING, POSITIVE, Domain, Kind, Numbers, Parameter, Values, of_any_body
 from sym2real.effects.searching import Searching, Shown
 from sym2real.effects.terms import multiplied, raised
 from sym2real.effects.wrench import FORWARD, apply_force_ahead, apply_wrench, apply_yaw_torque, forward_speed
+from sym2real.errors import ModelError
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.dry_friction import USUAL_DECELERATION
-from sym2real.vocabulary import DRILLING, TURNING_INERTIA, rate_per_speed, wheel_lever
+from sym2real.vocabulary import (
+    DRILLING,
+    MASS_AHEAD,
+    MASS_MOMENT,
+    MASS_TURNING,
+    TURNING_INERTIA,
+    rate_per_speed,
+    wheel_lever,
+)
 
 _of_wheels = partial(Kind, robot="car")
 
@@ -163,6 +176,50 @@ TRACK_WIDTH = _of_wheels(
     substitute=lambda equations, values, body: multiplied(equations, map(wheel_lever, body.joints), values["value"]),
     needs=(DRILLING,),
     searching=Searching(shown_in=lambda _: (Shown.BOTH_WAYS,)),
+)
+
+
+def _carried_mass_parameters(body: Body) -> tuple[Parameter, ...]:
+    mass, turning = body.numbers.get("mass", 1.0), body.numbers.get(TURNING_INERTIA, 1.0)
+    reach = math.sqrt(turning / mass)
+    sizes = (("mass", "kg", mass), ("moment", "kg m", mass * reach), ("inertia", "kg m²", turning))
+    domains = {"mass": Domain(-mass, open=True), "inertia": Domain(-turning, open=True)}
+    return tuple(
+        Parameter(name, unit, 0.0, -0.5 * size, 2.0 * size, 0.1 * size, domain=domains.get(name, ANYTHING))
+        for name, unit, size in sizes
+    )
+
+
+def _carry(spec: Any, body: Body, values: Numbers) -> None:
+    """A body welded to the chassis, at the height of its origin."""
+    mass = values["mass"]
+    ahead = values["moment"] / mass if mass > 0 else math.nan
+    own = values["inertia"] - mass * ahead**2
+    if not own >= 0:
+        raise ModelError(f"expected a mass, and an inertia of at least moment²/mass, to simulate, found {dict(values)}")
+    load = truth.free_body(spec).add_body(pos=[ahead, 0.0, 0.0])
+    load.explicitinertial, load.mass, load.inertia = True, mass, [0.5 * own, 0.5 * own, own]
+
+
+CARRIED_MASS = _of_wheels(
+    name="carried_mass",
+    stage="mass",
+    parameters=_carried_mass_parameters,
+    formula=r"m \to m + \Delta m,\; m c_x \to m c_x + \Delta(m c_x),\; J \to J + \Delta J",
+    summary="The robot carries a load, or is heavier than the nominal one.",
+    confused_with="an armature of all wheels, or a lag of their commands",
+    shown_by="steps of the speed, straight ahead and on the spot",
+    fix="weigh the robot, and take the load into the description, with its mass where it lies",
+    inject=truth.editing(_carry),
+    of_joints="load",
+    substitute=lambda equations, values, body: raised(
+        raised(raised(equations, MASS_AHEAD, values["mass"]), MASS_MOMENT, values["moment"]),
+        MASS_TURNING,
+        values["inertia"],
+    ),
+    needs=(MASS_AHEAD, MASS_MOMENT, MASS_TURNING),
+    numbers=("mass", TURNING_INERTIA),
+    searching=Searching(shown_in=lambda _: (Shown.SPEEDS,)),
 )
 
 

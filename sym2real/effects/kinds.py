@@ -18,7 +18,7 @@ FILES = {
     "blades": ("flapping_moment", "translational_lift", "rotor_reaction"),
     "tyres": ("tyre_friction", "tyre_slip", "relaxation_length", "understeer", "lateral_slip"),
     "driving": (
-        *("rolling_resistance", "turning_friction", "wheel_radius", "track_width"),
+        *("rolling_resistance", "turning_friction", "wheel_radius", "track_width", "carried_mass"),
         *("slope", "wheelbase", "yaw_drag"),
     ),
     "joints": ("joint_damping", "joint_friction", "joint_stiffness", "armature", "link_mass", "gravity_tilt", "load"),

@@ -11,8 +11,8 @@ parts of a period as the servos of the wheels need, moved along the arc of the m
 that slips, tips or lifts a wheel is not described.
 
 Effects bind to the rate ``J_rate`` of wheel J, which is a quantity, to ``damping_J``, ``friction_J`` and ``armature_J``
-as of :mod:`sym2real.robots.multibody`, to ``J_per_speed`` (rad/m) and ``J_lever`` (m), to ``drilling`` (N m, of wheels
-with a width), and to the external forces.
+as of :mod:`sym2real.robots.multibody`, to ``J_per_speed`` (rad/m) and ``J_lever`` (m), to the masses (``mass_ahead``,
+``mass_moment``, ``mass_turning``), to ``drilling`` (N m, of wheels with a width), and to the external forces.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -38,10 +38,19 @@ from sym2real.robots.spatial import Values, exact
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.dry_friction import dry_friction
 from sym2real.trajectory import Array
-from sym2real.vocabulary import DRILLING, armature_quantity, rate_column, rate_per_speed, wheel_lever
+from sym2real.vocabulary import (
+    DRILLING,
+    MASS_AHEAD,
+    MASS_MOMENT,
+    MASS_TURNING,
+    armature_quantity,
+    rate_column,
+    rate_per_speed,
+    wheel_lever,
+)
 
 WIDE = "wide wheels brake a turn by {:.3g} N m where they drill on the floor; how they creep then is not described"
-MASSES = ("mass_ahead", "mass_both", "mass_turning")  # kg, kg m, kg m²
+MASSES = (MASS_AHEAD, "mass_both", MASS_TURNING)  # kg, kg m, kg m²
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,14 +60,12 @@ class _Body:
     Args:
         wheels: on the axle.
         forces: along their joints.
-        moment: m c_x in kg m.
         lever: where external forces act, in the body's axes, m ``# (2,)``.
         drilling: of wheels with a width: its torque by the turning rate and the other torques.
     """
 
     wheels: Wheels
     forces: Forces
-    moment: float
     lever: Sequence[float]
     drilling: Callable[..., Expr]
 
@@ -72,10 +79,11 @@ class _Body:
         along = self.forces.at(exact(np.zeros(len(names))), np.array(of_wheels, dtype=object))
         along = self.forces.held(of_wheels, build.each("drive", along))
         torques = [build.name(f"torque_{name}", force) for name, force in zip(names, along, strict=True)]
+        centrifugal = symbol(MASS_MOMENT) * turning
         forward, aside, (x, y) = symbol("push_ahead"), symbol("push_left"), self.lever
         by_wheels = [sum(way[of] * torque for way, torque in zip(ways, torques, strict=True)) for of in (0, 1)]
-        ahead = build.name("force", by_wheels[0] + forward + self.moment * turning**2)
-        turned = symbol("tz") + x * aside - y * forward - self.moment * speed * turning
+        ahead = build.name("force", by_wheels[0] + forward + centrifugal * turning)
+        turned = symbol("tz") + x * aside - y * forward - centrifugal * speed
         turned = build.name("turned", by_wheels[1] + turned)
         turn = build.name("moment", turned + self.drilling(turning, other=turned))
         whole, mixed, spun = (symbol(name) for name in MASSES)
@@ -107,14 +115,15 @@ def rolling(model: mujoco.MjModel, data: Any, layouts: Layouts, actions: Mapping
     spinning = columns.inertias(model, data)[wheels.dofs, wheels.dofs]
     decay = fastest(inertia, wheels.ways.T @ np.diag(braking(model)[wheels.dofs]) @ wheels.ways)
     build = Build(
-        _numbers(links, wheels, inertia, spinning) | {DRILLING: as_expression(brakes)},
+        _numbers(links, wheels, inertia, spinning)
+        | {MASS_MOMENT: as_expression(moment), DRILLING: as_expression(brakes)},
         dt,
         parts_of(decay, dt, dry=True),
     )
     moved = [1.0 / float(way @ np.linalg.solve(inertia, way)) for way in wheels.ways]
     forces = Forces(model, links, actions, build.part, moved)
     against = partial(dry_friction, symbol(DRILLING), dt=build.part, inertia=inertia[1, 1])
-    described = _Body(wheels, forces, moment, lever, against)
+    described = _Body(wheels, forces, lever, against)
     sine, cosine = symbol("sin_yaw"), symbol("cos_yaw")
     build.quantities |= {
         "push_ahead": symbol("fx") * cosine + symbol("fy") * sine,

@@ -81,17 +81,20 @@ def parameter_errors(record: Record) -> list[float]:
 def covered(record: Record, level: float = 0.95) -> list[bool]:
     """Whether each parameter found under its own name is as near the truth as an interval of this level says.
 
-    Intervals are of 95 %; other levels are those of a normal error with the same interval.
+    Intervals are of 95 %; other levels are those of a normal error with the same interval, to either side.
     """
     part = stats.norm.ppf(0.5 + 0.5 * level) / stats.norm.ppf(0.975)
-    return [
-        abs(finding["parameters"][name]["value"] - value)
-        <= part * 0.5 * (finding["parameters"][name]["high"] - finding["parameters"][name]["low"])
+    pairs = [
+        (finding["parameters"][name], value)
         for truth, values in record["truth"].items()
         for finding in record["findings"]
         if finding["effect"] == truth
         for name, value in values.items()
         if name in finding["parameters"]
+    ]
+    return [
+        part * (known["low"] - known["value"]) <= value - known["value"] <= part * (known["high"] - known["value"])
+        for known, value in pairs
     ]
 
 

@@ -27,10 +27,11 @@ import tyro
 from answers import HORIZON, Record, answer_of, named, names, stands_for
 from bullet_plant import Hexarotor, flights_in_bullet
 from figures import Figure, report
+from hidden_scores import covered
 from highway_plant import WHEELBASE as ROAD_WHEELBASE
 from highway_plant import Tyres, drives
 from lsy_plant import IdentifiedQuadrotor, LsyPlant
-from repeated import Asked, answers_of, print_table
+from repeated import Asked, answers_of, print_table, share
 from rotorpy_plant import QUICK, Quadrotor, RotorpyPlant
 from single_track_plant import WHEELBASE, Car, SingleTrackPlant
 from slipx_plant import WHEELBASE as RACE_WHEELBASE
@@ -265,6 +266,9 @@ def main(options: Options) -> None:
     said = ((case, ", ".join(one["truth"]), one["verdict"], ", ".join(names(one))) for case, one in records.items())
     print_table("what was found", ("case", "truth", "verdict", "found"), said)
     rows = [row for case, one in records.items() for row in figures(case, one)]
+    rows += share(
+        "95 % interval holds the truth", (held for one in records.values() for held in covered(one)), ">= 0.9"
+    )
     report("Simulators that are not ours", rows, (options.seed,), options.json)
 
 

@@ -102,8 +102,10 @@ CASES: list[Case] = [
     (C, "understeer", {"value": -0.005}, 0.99, 0.2),
     (C, "tyre_slip", {"value": 0.005}, 0.99, 0.05),
     (C, "tyre_slip", {"value": 0.02}, 0.99, 0.05),
-    (C, "relaxation_length", {"value": 0.1}, 0.99, 0.15),
-    (C, "relaxation_length", {"value": 0.3}, 0.99, 0.15),
+    (C, "relaxation_length", {"value": 0.1, "mean_share": 0.8}, 0.99, 0.15),
+    (C, "relaxation_length", {"value": 0.3, "mean_share": 0.8}, 0.99, 0.15),
+    (C, "yaw_inertia", {"value": 0.05, "mean_share": 0.8}, 0.99, 0.15),
+    (C, "yaw_inertia", {"value": 0.1, "mean_share": 0.8}, 0.99, 0.15),
     # Sliding tyres: the limit is a corner here and a bend in MuJoCo.
     (C, "tyre_friction", {"value": 0.3}, 0.99, 0.2),
     (C, "tyre_friction", {"value": 0.4}, 0.99, 0.2),

@@ -25,7 +25,7 @@ QUADROTOR = {
 }
 CAR = {
     *("tyre_friction", "lateral_slip", "rolling_resistance", "slope", "wheelbase", "yaw_drag"),
-    *("lever_arm", "tyre_slip", "understeer", "relaxation_length", "steering_curve", "speed_curve"),
+    *("lever_arm", "tyre_slip", "understeer", "relaxation_length", "yaw_inertia", "steering_curve", "speed_curve"),
     "speed_loop",
 }
 BOTH = {"wind", "linear_drag", "quadratic_drag", "periodic_force", "yaw_bias"}
@@ -36,7 +36,7 @@ OWN = {"parameter"}  # of equations with named parameters, which the package's r
 SENSOR = {"sensor_sign", "sensor_bias", "sensor_scale", "sensor_lag", "time_shift"}
 UNITS = {
     *("1", "N", "rad", "rad/s", "rad/s²", "m/s", "m/s²", "m", "s", "kg", "kg m²", "N m", "N m s", "N s", "N/s"),
-    *("N m/rad", "N/m", "s/m", "N s/m", "N s²/m²", "1/s", "1/V", "1/rad²", "s²/m²", "rad s²/m"),
+    *("N m/rad", "N/m", "s/m", "N s/m", "N s²/m²", "1/s", "1/V", "1/rad²", "s²/m²", "s²/m", "rad s²/m"),
 }
 
 
@@ -104,7 +104,7 @@ def test_bounds_scale_with_the_robot() -> None:
     for key, power in (("rotor_reaction", 5), ("rate_damping", 3), ("flapping_moment", 3), ("torque_scale", 0)):
         bounds = [[(p.high, p.scale) for p in effect(key, base).parameters] for base in (small, large)]
         np.testing.assert_allclose(bounds[1], 2.0**power * np.array(bounds[0]), err_msg=key)
-    (near,), (far,) = (effect("relaxation_length", car(length)).parameters for length in (0.3, 0.6))
+    (near, _), (far, _) = (effect("relaxation_length", car(length)).parameters for length in (0.3, 0.6))
     assert (far.high, far.scale) == pytest.approx((2 * near.high, 2 * near.scale))
 
 

@@ -183,14 +183,13 @@ def test_a_turn_begins_over_a_distance_that_no_speed_changes(speed: float) -> No
     rolled = abs(speed) * MUSHR.dt * np.arange(1, len(turned) + 1)
     expected = 1 - np.exp(-rolled / length)
     np.testing.assert_allclose((turned / plain)[2:], expected[2:], atol=0.06)
-    equations = found.substitute(nominal(MUSHR), {"value": length})
-    model = VisibleModel(equations, torch.float64)
-    actions = torch.tensor([[0.0, speed], *[[0.2, speed]] * 20], dtype=torch.float64)
-    rates = model.rollout(torch.as_tensor(start(0.0, speed)), actions)[1:, 6].numpy()
-    steady = speed * np.tan(0.2) / WHEELBASE
-    # The rate that a step reports is of its mean turn.
     middle = length / (abs(speed) * MUSHR.dt) * -np.diff(np.exp(-np.concatenate([[0.0], rolled]) / length))
-    np.testing.assert_allclose(rates / steady, 1 - middle, atol=0.01)
+    for share, part in ((0.0, expected), (1.0, 1 - middle)):  # a gyro shows the turn of a step's end, or its mean
+        equations = found.substitute(nominal(MUSHR), {"value": length, "mean_share": share})
+        model = VisibleModel(equations, torch.float64)
+        actions = torch.tensor([[0.0, speed], *[[0.2, speed]] * 20], dtype=torch.float64)
+        rates = model.rollout(torch.as_tensor(start(0.0, speed)), actions)[1:, 6].numpy()
+        np.testing.assert_allclose(rates / (speed * np.tan(0.2) / WHEELBASE), part, atol=0.01)
 
 
 @pytest.mark.parametrize(("steer", "speed", "value"), [(0.3, 1.6, 0.3), (0.25, 2.2, 0.3), (0.35, 1.6, 0.4)])

@@ -6,12 +6,13 @@ tell them apart, and where something is left beside the arm, the slip is put in 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import replace
+from fnmatch import fnmatch
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.answer import Diagnosis
-from sym2real.diagnosis.predict.competitors import NotTested
+from sym2real.diagnosis.predict.competitors import EXCLUDED
 from sym2real.diagnosis.question import Question
 from sym2real.diagnosis.score.finding import Scored
 from sym2real.diagnosis.score.held_out import Gate
@@ -43,7 +44,12 @@ def instead(scored: Scored | None, searched: Callable[[Question], Searched], key
     return better
 
 
-def renamed(answer: Diagnosis, key: str) -> Diagnosis:
-    """An answer that was made without an effect which others now stand for."""
-    entry = NotTested(key, "another effect, which predicts these logs better, stands for it")
-    return replace(answer, not_tried=tuple(entry if other.effect == key else other for other in answer.not_tried))
+def renamed(answer: Diagnosis, exclude: Collection[str]) -> Diagnosis:
+    """An answer that was made without effects which others now stand for, beside those that a user excludes."""
+    entries = [
+        entry
+        if entry.reason != EXCLUDED or any(fnmatch(entry.effect, pattern) for pattern in exclude)
+        else replace(entry, reason="another effect, which predicts these logs better, stands for it")
+        for entry in answer.not_tried
+    ]
+    return replace(answer, not_tried=tuple(entries))

@@ -99,7 +99,7 @@ def diagnose(
         others = partial(instead, scored, partial(_searched, stages))
         if better := stages.try_to(f"trying what {key} stands for in its place", others, key):
             result, scored = better.result, better
-            answer = renamed(_answer(stages, result, scored), key)
+            answer = renamed(_answer(stages, result, scored), exclude)
     prepared = result.prepared
     if scored and answer.established:
         refit = stages.try_to("refitting for prediction", refit_for_prediction, scored)

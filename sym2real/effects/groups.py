@@ -68,7 +68,7 @@ NAMED = (
     Group("thrust has one value", ("gain:thrust", "thrust_curve"), manoeuvres.constant_thrust, exclusive=True),
     Group(SAME_SPEED, ("gain:steer", "understeer"), manoeuvres.steady_speed, exclusive=True),
     Group(SAME_SPEED, ("lever_arm", "tyre_slip"), manoeuvres.steady_speed, exclusive=True),
-    Group(SAME_SPEED, ("lag:steer", "relaxation_length"), manoeuvres.steady_speed, exclusive=True),
+    Group(SAME_SPEED, ("lag:steer", "relaxation_length", "yaw_inertia"), manoeuvres.steady_speed, exclusive=True),
     Group("the car drives one circle", ("gain:steer", "steering_curve"), manoeuvres.single_circle, exclusive=True),
     Group(SAME_SPEED, ("gain:speed", "speed_curve"), manoeuvres.steady_speed, exclusive=True),
 )

@@ -16,7 +16,7 @@ FILES = {
     "motors": ("torque_bias", "torque_scale", "motor_lag"),
     "loops": ("rate_loop_gain", "attitude_loop", "speed_loop", "rate_damping"),
     "blades": ("flapping_moment", "translational_lift", "rotor_reaction"),
-    "tyres": ("tyre_friction", "tyre_slip", "relaxation_length", "understeer", "lateral_slip"),
+    "tyres": ("tyre_friction", "tyre_slip", "relaxation_length", "yaw_inertia", "understeer", "lateral_slip"),
     "driving": (
         *("rolling_resistance", "turning_friction", "wheel_radius", "track_width", "carried_mass"),
         *("slope", "wheelbase", "yaw_drag"),

@@ -73,7 +73,7 @@ def _by_mean(weight: Weight, equations: Equations, values: Values, body: Body) -
 def _with_mean(equations: Equations) -> Equations:
     """The equations with the mean of the steering in its place, and its own for the yaw rate; both are its end yet."""
     steer, last, at_rest = symbol(STEER_COLUMN), symbol(BEFORE), equations.start
-    row = _over_columns(equations, equations.next[YAW_RATE])
+    row = over_columns(equations, equations.next[YAW_RATE])
     none = dict.fromkeys((MEAN, OF_MEAN, OF_GYRO), Integer(0))
     equations = defined(equations, none).substitute({STEER_COLUMN: symbol(MEAN)})
     # Other hidden states begin at rest: a steering that has been held for ever is its own mean.
@@ -83,7 +83,7 @@ def _with_mean(equations: Equations) -> Equations:
     return replace(equations, next={**equations.next, YAW_RATE: shown})
 
 
-def _over_columns(equations: Equations, row: Expr) -> Expr:
+def over_columns(equations: Equations, row: Expr) -> Expr:
     """An expression with the quantities put in that go by the steering."""
     using = {STEER_COLUMN}
     while more := {name for name, by in equations.quantities.items() if names_in(by) & using} - using:

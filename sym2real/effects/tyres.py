@@ -40,6 +40,12 @@ In a turn the side force is m u² tan(δ)/L, so that at a speed it is the turn t
 lag whose time goes by the speed. δ' is a hidden state that starts at the first command; the equations turn by its mean
 over the step, exact for the speed of the step's start.
 
+``yaw_inertia``. Tyres must first turn the car: the yaw rate follows the steering with a time that grows with the speed.
+
+Of a car whose axles give way alike, (C_f l_f² + C_r l_r²) (ω_steady - ω)/u = J dω/dt, so that ω is a lag of κ u behind
+the steady turn, κ = J/(C_f l_f² + C_r l_r²) (Rajamani, ch. 2). Road cars have 0.006 s²/m. As with the relaxation length
+it is the angle that turns the car that follows.
+
 ``understeer``. A car that turns less than its steering says, the more so the faster it turns: δ_eff = δ - K a_y, a_y =
 u ω_z.
 
@@ -52,6 +58,7 @@ sign. Below zero the car oversteers, and diverges where k = -1, its critical spe
 ``lateral_slip``. A lateral force at the centre of mass, c ahead of the rear axle: F = -k·m·v_lat, v_lat = v + c·ω_z.
 """
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -64,10 +71,12 @@ from sym2real.effects.body import GRAVITY, Body
 from sym2real.effects.frames import body_velocity, dot
 from sym2real.effects.kind import NOT_NEGATIVE, Kind, Numbers, Parameter, Values, of_any_body
 from sym2real.effects.searching import Searching, Shown
+from sym2real.effects.steering import SHARE, YAW_RATE, over_columns, seen
 from sym2real.effects.terms import defined, with_hidden
 from sym2real.effects.wrench import FORWARD, apply_yaw_torque, forward_speed
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
+from sym2real.symbolic.expressions import exchange
 
 _of_car = partial(Kind, robot="car")
 
@@ -213,40 +222,59 @@ TYRE_SLIP = _of_car(
 )
 
 
-TURN, MEMORY = "tyre_turn", "tyre_turn_memory"
+TURN, INERT_TURN = "tyre_turn", "inert_turn"
 STANDING = 0.01  # m/s; a car that stands keeps its turn
+
+
+def _memory(turn: str) -> str:
+    return f"{turn}_memory"
+
+
+def _late_turn(equations: Equations, turn: str, periods: Expr, values: Values) -> Equations:
+    """Turns by the mean over a step of a lag behind the steering, of a time in control periods.
+
+    A gyro shows the lag's end, but for a servo behind it (``steering.py``).
+    """
+    steer, memory, following = symbol("steer"), symbol(_memory(turn)), dict(equations.next)
+    kept, away = exp(-1 / periods), memory - steer
+    end, mean = steer + away * kept, steer + away * periods * (1 - kept)
+    shown = {YAW_RATE: over_columns(equations, following[YAW_RATE])} if SHARE in values else {}
+    equations = defined(equations, {turn: Integer(0)}).substitute({"steer": symbol(turn)})
+    equations = with_hidden(equations, _memory(turn), "rad", end, start=steer)
+    equations = defined(equations, {turn: mean})
+    ended = {name: exchange({steer: end + values[SHARE] * (mean - end)})(row) for name, row in shown.items()}
+    return replace(equations, next={**equations.next, **ended})
+
+
+def _speed(body: Body) -> Expr:
+    return Max(Abs(forward_speed(body)), STANDING)
+
+
+def _late_wheels(value: float, time: Callable[[float, float], float]) -> Change:
+    """Wheels that MuJoCo's actuator filters turn, in a time (s) by value and speed; the contacts do the rest."""
+    columns = ("front_left_steer", "front_right_steer")
+
+    def slowed(model: Any, data: Any) -> None:
+        speed = abs(float(truth.rotation(data)[:, 0] @ truth.velocity(data)))
+        for name in columns:
+            truth.set_time(model, name, time(value, max(speed, STANDING)))
+
+    def edit(spec: Any) -> None:
+        for name in columns:
+            truth.set_lag(spec, spec.actuator(name), time(value, STANDING))
+
+    return Change("", edit=edit, force=slowed)
 
 
 def _parameters(body: Body) -> tuple[Parameter, ...]:
     """Tyres have about their radius, a sixth of the wheelbase of cars of all sizes."""
     length = body.numbers.get("wheelbase", 1.0)
-    return (Parameter("value", "m", null=0.0, low=0.0, high=3 * length, scale=length / 6, domain=NOT_NEGATIVE),)
+    value = Parameter("value", "m", null=0.0, low=0.0, high=3 * length, scale=length / 6, domain=NOT_NEGATIVE)
+    return value, *seen(body)
 
 
 def _relaxation_length_substitute(equations: Equations, values: Values, body: Body) -> Equations:
-    steer, memory, length = symbol("steer"), symbol(MEMORY), values["value"]
-    rolled = equations.dt * Max(Abs(forward_speed(body)), STANDING)
-    kept = exp(-rolled / length)
-    away = memory - steer
-    equations = defined(equations, {TURN: Integer(0)}).substitute({"steer": symbol(TURN)})
-    equations = with_hidden(equations, MEMORY, "rad", steer + away * kept, start=steer)
-    return defined(equations, {TURN: steer + away * length / rolled * (1 - kept)})
-
-
-def _inject(body: Body, values: Numbers) -> Change:
-    """Wheels that MuJoCo's actuator filters turn, slower in time the slower the car is; the contacts do the rest."""
-    length, columns = values["value"], ("front_left_steer", "front_right_steer")
-
-    def slowed(model: Any, data: Any) -> None:
-        speed = abs(float(truth.rotation(data)[:, 0] @ truth.velocity(data)))
-        for name in columns:
-            truth.set_time(model, name, length / max(speed, STANDING))
-
-    def edit(spec: Any) -> None:
-        for name in columns:
-            truth.set_lag(spec, spec.actuator(name), length / STANDING)
-
-    return Change("", edit=edit, force=slowed)
+    return _late_turn(equations, TURN, values["value"] / (_speed(body) * equations.dt), values)
 
 
 RELAXATION_LENGTH = _of_car(
@@ -258,10 +286,32 @@ RELAXATION_LENGTH = _of_car(
     confused_with="a lag of the steering at one speed",
     shown_by="steps of the steering at several speeds",
     fix="pump up or stiffen the tyres, or let the controller plan with the term",
-    inject=_inject,
+    inject=lambda body, values: _late_wheels(values["value"], lambda length, speed: length / speed),
     substitute=_relaxation_length_substitute,
     needs=("steer", *FORWARD),
-    hidden=(MEMORY,),
+    hidden=(_memory(TURN),),
+    searching=Searching(varying=("steer",), shown_in=lambda _: (Shown.SPEEDS,)),
+)
+
+
+YAW_INERTIA = _of_car(
+    name="yaw_inertia",
+    stage="loop",
+    parameters=lambda body: (
+        Parameter("value", "s²/m", null=0.0, low=0.0, high=0.1, scale=0.005, domain=NOT_NEGATIVE),
+        *seen(body),
+    ),
+    formula=r"\kappa\,|u|\,\dot \omega_z = \omega_\mathrm{steady} - \omega_z",
+    summary="The tyres must turn the car's inertia first, so that turns begin late, the later the faster it drives.",
+    confused_with="a lag of the steering at one speed",
+    shown_by="steps of the steering at several speeds",
+    fix="stiffen the tyres or move mass to the middle, or let the controller plan with the term",
+    inject=lambda body, values: _late_wheels(values["value"], lambda inertia, speed: inertia * speed),
+    substitute=lambda equations, values, body: _late_turn(
+        equations, INERT_TURN, values["value"] * _speed(body) / equations.dt, values
+    ),
+    needs=("steer", *FORWARD),
+    hidden=(_memory(INERT_TURN),),
     searching=Searching(varying=("steer",), shown_in=lambda _: (Shown.SPEEDS,)),
 )
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from sym2real.control.manoeuvres import DITHER, TRIALS, Trial
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.estimate.fit import REFIT_STEPS, Problems
+from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.quadratic import Hypothesis
 from sym2real.diagnosis.estimate.simulator import fly
 from sym2real.diagnosis.estimate.whitening import Spread, Whitening
@@ -162,7 +162,7 @@ def _outcome(
         same = [candidate for candidate in known if candidate.name == key]
         hypotheses = [Hypothesis(own.free, library.null) for own in same]
         hypotheses += [Hypothesis(own.free, own.started(library.null, level)) for own in same for level in own.starts]
-        fits = problems.fit(hypotheses, REFIT_STEPS)
+        fits = problems.fit(hypotheses)
         left[key] = min((fit.total for fit in fits), default=nothing)
     explained = {key: 1.0 - rest / max(nothing, 1e-300) for key, rest in left.items()}
     least = min([nothing, *left.values()])

@@ -134,12 +134,9 @@ class HypothesisTest:
         if any(finding.doubtful for finding in self.findings):
             return "; commands that change between the rows of the logs do as well"
         if len(self.findings) == 1:
-            group = [key for key in self.finding.group if key != self.finding.effect]
-            return f"; {' or '.join(group[:3]) or 'no other effect'} does as well"
-        alike = [
-            (finding.effect, [key for key in finding.group if key != finding.effect][:3]) for finding in self.findings
-        ]
-        clauses = [f"{' or '.join(group)} does as well as {key}" for key, group in alike if group]
+            return f"; {' or '.join(self.finding.alternatives[:3]) or 'no other effect'} does as well"
+        alike = {finding.effect: finding.alternatives[:3] for finding in self.findings}
+        clauses = [f"{' or '.join(group)} does as well as {key}" for key, group in alike.items() if group]
         return f"; {'; '.join(clauses) or 'no other effect does as well as one of them'}"
 
     def apply(self, equations: Equations) -> Equations:

@@ -92,8 +92,7 @@ def find_constants(
     """
     problems = selection.problems
     constants = Constants.of(problems.problem, spread, problems.whitening, selection.fit.values)
-    own_constants = None if own is None else Constants.of(own.problem, own.spread, own.whitening, own.origin)
-    of_base = torch.zeros(len(constants.names)) if own_constants is None else own_constants.sizes
+    of_base = torch.zeros(1) if own is None else _of_base(own).sizes
     waiting = {place for place, name in enumerate(constants.names) if name not in exclude}
     least = (SETTINGS.gain_few if selection.chosen else SETTINGS.gain) * selection.present.loss
     # Every log has a trim of its own, where there are logs enough.
@@ -129,10 +128,7 @@ def find_differing(
     segments, data = problems.problem.segments, problems.data
     constants = Constants.of(problems.problem, spread, problems.whitening, selection.fit.values)
     chances, shares, sizes = _by_log(constants, segments)
-    of_base = np.zeros(len(constants.names))
-    if own is not None:
-        its_own = Constants.of(own.problem, own.spread, own.whitening, own.origin)
-        of_base = _by_log(its_own, own.problem.segments)[2].std(0)
+    of_base = np.zeros(len(constants.names)) if own is None else _by_log(_of_base(own), own.problem.segments)[2].std(0)
     logs, place_of = np.unique(segments.log, return_inverse=True)
     for place, name in enumerate(spread.names):
         apart, unit = sizes[:, place] - sizes[:, place].mean(), constants.units[place]
@@ -143,6 +139,10 @@ def find_differing(
             words = " and ".join(f"{with_unit(size, unit)} in {log}" for size, log in ends)
             leftovers.append(Leftover(LOG, name, float(shares[place]), words, motion=motion))
     return tuple(sorted((entry for entry in leftovers if entry.matters), key=lambda entry: -(entry.motion or 0.0)))
+
+
+def _of_base(own: Calibration) -> Constants:
+    return Constants.of(own.problem, own.spread, own.whitening, own.origin)
 
 
 def _by_log(constants: Constants, segments: Segments) -> tuple[Array, Array, Array]:

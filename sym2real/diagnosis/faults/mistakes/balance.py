@@ -126,14 +126,10 @@ class Balances:
             way = _summed(cut[0][0][..., layout.slice(VELOCITY.name)] * data.dt, counts)
             ways = {"level position": way[:, :LEVEL], "upright position": way[:, LEVEL:]}
             turns |= {f"{of} by velocity": (measured[:, quantities[of][1]], ways[of]) for of in ways if ways[of].size}
-        return Balance(
-            (*quantities, *turns),
-            (*(field for field, _ in quantities.values()), *("" for _ in turns)),
-            (*(measured[:, places] for _, places in quantities.values()), *(angle for angle, _ in turns.values())),
-            (*(predicted[:, places] for _, places in quantities.values()), *(rate for _, rate in turns.values())),
-            known,
-            rows,
-        )
+        entries = [(name, field, measured[:, at], predicted[:, at]) for name, (field, at) in quantities.items()]
+        entries += [(name, "", angle, rate) for name, (angle, rate) in turns.items()]
+        names, fields, changes, others = zip(*entries, strict=True)
+        return Balance(names, fields, changes, others, known, rows)
 
 
 def _rated(log: Trajectory) -> list[str]:

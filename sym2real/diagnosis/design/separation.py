@@ -72,9 +72,7 @@ def with_advice(
         return tuple(
             replace(finding, separate_by=_unflown(finding, testable[finding.effect], equations)) for finding in findings
         )
-    keys = dict.fromkeys(
-        key for finding in findings if testable[finding.effect] for key in (finding.effect, *testable[finding.effect])
-    )
+    keys = dict.fromkeys(key for name, others in testable.items() if others for key in (name, *others))
     library = Library.of(equations, [effect(key, equations) for key in keys])
     flown, result = cache(partial(_flown, plant)), []
     for finding in findings:

@@ -40,20 +40,16 @@ def full_fit(problems: Problems, competing: Sequence[Candidate], start: Tensor, 
     smooth, others = ([candidate for candidate in competing if candidate.needs_start is flag] for flag in (False, True))
     if last is not None:
         kept = [candidate for candidate in others if last[candidate.free[0]] != start[candidate.free[0]]]
-        return _fitted(problems, [*smooth, *kept], _centre(start, last, kept), last, AGAIN)
+        # Means of the priors: those of effects whose null is infinitely far are where they have been found.
+        centre, slots = start.clone(), [slot for candidate in kept for slot in candidate.slots]
+        centre[slots] = last[slots]
+        return _fitted(problems, [*smooth, *kept], centre, last, AGAIN)
     fits = [_fitted(problems, smooth, start, start, STEPS)]
     for candidates in (others, smooth):
         away, started = _with_a_start(problems, candidates, start)
         if started:
             fits.append(_fitted(problems, [*smooth, *started], away, away, STEPS))
     return fits[int(problems.totals(fits).argmin())]
-
-
-def _centre(start: Tensor, last: Tensor, kept: Sequence[Candidate]) -> Tensor:
-    """Means of the priors: those of effects whose null is infinitely far are where they have been found."""
-    centre, slots = start.clone(), [slot for candidate in kept for slot in candidate.slots]
-    centre[slots] = last[slots]
-    return centre
 
 
 def _fitted(problems: Problems, chosen: Sequence[Candidate], centre: Tensor, values: Tensor, steps: int) -> Tensor:

@@ -102,9 +102,8 @@ class HypothesisTest:
         if not self.supported:
             needed = SETTINGS.gain_of(len(self.findings))
             if min(self.beside[key] for key in self.refused if key not in self.unneeded) > needed:
-                why = (
-                    "but too few independent pieces of these logs tell of it, or its fit ends where no value is likely"
-                )
+                few = "too few independent pieces of these logs tell of it"
+                why = f"but {few}, or its fit ends where no value is likely"
                 return f"The logs do not establish {sentence}, {why}{self._refused}{self._better}."
             least = f"up to {_percent(needed)} is needed"
             return f"The logs do not ask for {sentence}; {least}{self._refused}{self._better}."

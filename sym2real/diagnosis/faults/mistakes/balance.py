@@ -57,10 +57,12 @@ class Balance:
 
     def of_field(self, field: str) -> tuple[Array, Array]:
         """Measured and predicted change of a field's components ``# (stretches, components)``, in their order."""
-        own = [place for place, of in enumerate(self.fields) if of == field]
-        none = np.zeros((len(self.losses), 0))
-        parts = (self.measured, self.predicted)
-        measured, predicted = (np.concatenate([none, *(part[place] for place in own)], axis=1) for part in parts)
+        return self.of_quantities([place for place, of in enumerate(self.fields) if of == field])
+
+    def of_quantities(self, places: Sequence[int]) -> tuple[Array, Array]:
+        """The same of some quantities."""
+        none, parts = np.zeros((len(self.losses), 0)), (self.measured, self.predicted)
+        measured, predicted = (np.concatenate([none, *(part[place] for place in places)], axis=1) for part in parts)
         return measured, predicted
 
     @property
@@ -171,19 +173,16 @@ def _quantities(layout: Layout) -> dict[str, tuple[str, list[int]]]:
     What has no frame goes by its columns: joints and their rates.
     """
     quantities: dict[str, tuple[str, list[int]]] = {}
-    for field, places in zip(layout.fields, layout.tangent_places, strict=True):
+    for field, places in zip(layout.fields, map(list, layout.tangent_places), strict=True):
         if field.frame == "world" and field.kind == "vector":
-            quantities[f"level {field.name}"] = field.name, list(places[:LEVEL])
-            if len(places) > LEVEL:
-                quantities[f"upright {field.name}"] = field.name, list(places[LEVEL:])
+            own = {f"level {field.name}": places[:LEVEL], f"upright {field.name}": places[LEVEL:]}
         elif not field.frame and field.kind == "vector":
-            quantities |= {column: (field.name, [place]) for column, place in zip(field.columns, places, strict=True)}
+            own = {column: [place] for column, place in zip(field.columns, places, strict=True)}
         elif len(places) == 1:
-            quantities[field.name] = field.name, list(places)
+            own = {field.name: places}
         else:
-            quantities |= {
-                f"{field.name} about {axis}": (field.name, [place]) for axis, place in zip("xyz", places, strict=False)
-            }
+            own = {f"{field.name} about {axis}": [place] for axis, place in zip("xyz", places, strict=False)}
+        quantities |= {name: (field.name, components) for name, components in own.items() if components}
     return quantities
 
 

@@ -143,9 +143,8 @@ class Turned:
             return log.with_columns(dict(zip(ATTITUDE.columns, turned.T, strict=True)))
         x, y = {"position": ("x", "y"), "velocity": ("vx", "vy"), "heading": ("cos_yaw", "sin_yaw")}[self.field]
         first, other = log.column(x), log.column(y)
-        return log.with_columns(
-            {x: cos(angle) * first - sin(angle) * other, y: sin(angle) * first + cos(angle) * other}
-        )
+        back = cos(angle) * first - sin(angle) * other, sin(angle) * first + cos(angle) * other
+        return log.with_columns({x: back[0], y: back[1]})
 
 
 @dataclass(frozen=True)

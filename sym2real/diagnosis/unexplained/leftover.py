@@ -124,8 +124,7 @@ class Rest:
         along = zip(spread.names, disturbances.T, strict=True)
         motion = tuple(part_of_disturbance(problem.segments, spread, name, column) for name, column in along)
         sizes = tuple(spread.sizes.tolist())
-        around = before, behind
-        return cls(spread.names, units, sizes, disturbances, motion, names, features, around, groups)
+        return cls(spread.names, units, sizes, disturbances, motion, names, features, (before, behind), groups)
 
     def explained(self, channel: str) -> tuple[float, float]:
         """R² of a disturbance on pieces not seen, and the size of what is so explained in its unit."""

@@ -13,7 +13,7 @@ from standard_set import Case, simulate_case, standard_run
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import diagnose
-from sym2real.diagnosis.estimate.fit import Nuisance, Problems
+from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.whitening import Spread, estimate
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
@@ -42,8 +42,8 @@ def without_a_library(robot: str, key: str = "", value: float = 0.0) -> tuple[Se
     library = Library.of(equations, [effect(key, equations) for key in known])
     problem = Problem(library, data)
     spread, segments = Spread.of(problem, library.null), problem.segments
-    slots, (low, high) = tuple(range(len(library.slots))), library.bounds
-    nuisance = Nuisance(slots, tuple(low.tolist()), tuple(high.tolist()))
+    low, high = library.bounds
+    nuisance = dict(enumerate(zip(low.tolist(), high.tolist(), strict=True)))
     whitening = estimate(spread, problem.residuals(library.null[None])[0], segments.noise, segments.channel)
     for _ in range(2):
         selection = Selection(Problems.of(problem, whitening, nuisance), [], library.null)

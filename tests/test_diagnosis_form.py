@@ -7,7 +7,7 @@ from functools import cache
 import pytest
 from standard_set import Case, simulate_case
 
-from sym2real.diagnosis.estimate.fit import Nuisance, Problems
+from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.quadratic import Hypothesis
 from sym2real.diagnosis.estimate.whitening import Spread, estimate
 from sym2real.diagnosis.predict.candidate import candidates
@@ -31,8 +31,8 @@ def said_of(found: str, key: str, value: float) -> Leftover | None:
     library = Library.of(equations, [effect(name, equations) for name in (*slips, found)])
     problem = Problem(library, data)
     spread, segments = Spread.of(problem, library.null), problem.segments
-    slots = tuple(slot for name in slips for slot in library.indices(name))
-    nuisance = Nuisance(slots, *(tuple(bound[list(slots)].tolist()) for bound in library.bounds))
+    low, high = library.bounds
+    nuisance = {slot: (float(low[slot]), float(high[slot])) for name in slips for slot in library.indices(name)}
     whitening = estimate(spread, problem.residuals(library.null[None])[0], segments.noise, segments.channel)
     (chosen,) = (candidate for candidate in candidates(library, data) if candidate.name == found)
     starts = [chosen.started(library.null, level) for level in chosen.starts] or [library.null]

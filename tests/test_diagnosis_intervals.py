@@ -90,7 +90,7 @@ def test_what_nothing_tells_of_a_base_is_none() -> None:
     flown, _ = flown_along(base, MujocoPlant(MUSHR), drives)
     assert flown is not None
     own = calibrate.calibrated(library, tried, flown, whiten(Problem(library, drives), tried).whitening)
-    ahead, aside = ((own.origin - library.null) / library.scale).tolist()[:2]
+    ahead, aside = ((own.values - library.null) / library.scale).tolist()[:2]
     assert 0.1 < ahead < 2.0  # its tyres creep
     assert abs(aside) < 0.1
 

@@ -11,7 +11,7 @@ from standard_set import Case, simulate_case
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import Diagnosis, diagnose
-from sym2real.diagnosis.estimate.whitening import Spread, estimate
+from sym2real.diagnosis.estimate.whitening import Spread, Whitened, estimate
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.unexplained.constant import Constants
@@ -121,7 +121,7 @@ def _of(robot: Robot, data: Dataset) -> Constants:
     problem = Problem(library, data)
     spread, residual = Spread.of(problem, library.null), problem.residuals(library.null[None])[0]
     whitening = estimate(spread, residual, problem.segments.noise, problem.segments.channel, alike=True)
-    return Constants.of(problem, spread, whitening, library.null)
+    return Constants.of(Whitened(problem, spread, whitening, library.null))
 
 
 def test_errors_far_beyond_noise_are_left_over_even_if_no_disturbance_describes_them() -> None:

@@ -7,7 +7,6 @@ import torch
 from standard_set import Case, simulate_case
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.estimate.fit import REFIT_STEPS
 from sym2real.diagnosis.estimate.quadratic import Hypothesis, solve
 from sym2real.diagnosis.pipeline import prepare
 from sym2real.diagnosis.question import Question
@@ -55,7 +54,7 @@ def test_a_delay_that_stays_where_its_fit_began_is_found_from_its_other_starts()
     (delay,) = (one for one in selection.candidates if one.name == "delay")
     far = selection.origin.clone()
     far[delay.slots] = 0.45
-    stuck = selection.problems.fit([Hypothesis(selection.free([delay]), far)], REFIT_STEPS)[0]
+    stuck = selection.problems.fit([Hypothesis(selection.free([delay]), far)])[0]
     selection.put([delay], stuck)
     assert float(stuck.values[delay.slots[0]]) > 0.3
     Beam(selection).search()
@@ -69,7 +68,7 @@ def test_what_is_none_within_its_interval_does_not_stand_beside_what_is_there() 
     selection = selection_of(Case("mushr", (("offset:steer", {"value": 0.05}),), seed=5))
     offset, gain = (one for name in ("offset:steer", "gain:speed") for one in selection.candidates if one.name == name)
     hypothesis = Hypothesis(selection.free([offset, gain]), selection.origin)
-    selection.put([offset, gain], selection.problems.fit([hypothesis], REFIT_STEPS)[0])
+    selection.put([offset, gain], selection.problems.fit([hypothesis])[0])
     near = Near.of(selection)
     assert none_within(near, gain)
     assert not none_within(near, offset)

@@ -15,7 +15,7 @@ from sym2real.diagnosis.settings import SETTINGS, Settings
 FOLDER = Path(sym2real.diagnosis.__file__).parent
 # What is compared with but decides nothing: steps and sizes of a computation, what fits a line, what a cache keeps.
 COMPUTING = {
-    "ALIKE", "ANSWERED", "BETTER", "CONVERGED", "FEWEST_IN_LEAF", "LAST_THIRD", "LEVEL", "MATTERS", "MISSED", "MOST",
+    "ALIKE", "BETTER", "CONVERGED", "FEWEST_IN_LEAF", "LAST_THIRD", "LEVEL", "MATTERS", "MISSED", "MOST",
     "MOST_CACHED", "MOST_CONSTANTS", "MOST_EFFECTS", "ORDER", "PIECE", "ROUNDS", "ROWS",
     "SMALLEST", "SMALLEST_NOISE", "STILL",
 }  # fmt: skip

@@ -9,7 +9,7 @@ import pytest
 import torch
 from noisy_flights import flights_with_all
 
-from sym2real.diagnosis.estimate.fit import REFIT_STEPS, Problems
+from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.quadratic import Hypothesis
 from sym2real.diagnosis.estimate.significance import Distance
 from sym2real.diagnosis.estimate.whitening import Spread
@@ -81,7 +81,7 @@ def test_the_part_of_an_effect_that_is_there_is_as_sure_as_its_parameter(by: str
     spread = Spread.of(problem, library.null)
     variances = torch.as_tensor(problem.segments.noise).square(), torch.ones(len(spread.names), dtype=torch.float64)
     problems, (mass, wind) = Problems.of(problem, spread.whitening(*variances)), candidates(library, data)
-    (fit,) = problems.fit([Hypothesis((*mass.free, *wind.free), library.null)], REFIT_STEPS)
+    (fit,) = problems.fit([Hypothesis((*mass.free, *wind.free), library.null)])
     clusters = problems.blocks if by == "blocks" else problems.logs
     by_value, by_part = (
         Distance.of(problems, fit, candidate, library.null).chance(clusters)

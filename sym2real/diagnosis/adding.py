@@ -155,8 +155,7 @@ def _judged(
     supported, unneeded = _supported(keys, selection, prepared, beside)
     on_progress("trying other effects in its place")
     others = [candidate for candidate in prepared.candidates if candidate.name not in keys]
-    ranked = [(own, selection.ranked(without[own.name], others)) for own in selection.chosen]
-    places = [(own, by_price(selection, sets)) for own, sets in ranked]
+    places = [(own, by_price(selection, selection.ranked(without[own.name], others))) for own in selection.chosen]
     judged = {own.name: _alternatives(near, own, empty[own.name], sets) for own, sets in places}
     outdone = tuple(own.name for own, sets in places if sets and _outdone(selection, own, sets[0], judged[own.name][0]))
     refused = tuple(key for key in keys if key not in supported or key in outdone)

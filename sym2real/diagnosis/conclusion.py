@@ -187,8 +187,8 @@ def _alone(finding: Finding) -> str:
 
 
 def _with_alternatives(finding: Finding) -> str:
-    others = [key for key in finding.group if key != finding.effect]
-    return _alone(finding) + (f", or {' or '.join(in_few_words(others)[:3])}" if others else "")
+    others = in_few_words(finding.alternatives)[:3]
+    return _alone(finding) + (f", or {' or '.join(others)}" if others else "")
 
 
 def fall_of_error(stages: Sequence[Rung]) -> tuple[str, float, float] | None:

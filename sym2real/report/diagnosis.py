@@ -184,8 +184,7 @@ def interval_text(finding: Finding, name: str) -> str:
 
 def known_of(finding: Finding) -> list[tuple[str, str]]:
     """What is known of a finding beside its values: label and text."""
-    facts = []
-    others = [key for key in finding.group if key != finding.effect]
+    facts, others = [], finding.alternatives
     if finding.probability is not None:
         whose = ", of it or one of those below" if others else ""
         facts.append(("probability", f"{100 * finding.probability:.0f} % against none, and others in its place{whose}"))

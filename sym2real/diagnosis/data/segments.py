@@ -117,15 +117,16 @@ def cut(data: Dataset) -> Segments:
         ShapeError: when no log is long enough for one.
     """
     length = segment_length(data.layouts.state, data.dt)
-    logs, rows = [], []
-    for index, trajectory in enumerate(data):
-        for first in range(SETTLING + WARM_UP, len(trajectory) - length, length):
-            if not _frozen(trajectory, first, length):
-                logs.append(index)
-                rows.append(first)
-    if not rows:
+    moving = [
+        (index, first)
+        for index, trajectory in enumerate(data)
+        for first in range(SETTLING + WARM_UP, len(trajectory) - length, length)
+        if not _frozen(trajectory, first, length)
+    ]
+    if not moving:
         raise _without_segments(data, SETTLING + WARM_UP + length + 1)
-    return segments_at(data, np.array(logs, dtype=np.int64), np.array(rows, dtype=np.int64), length)
+    log, row = np.array(moving, dtype=np.int64).T
+    return segments_at(data, log, row, length)
 
 
 def segments_at(
@@ -209,9 +210,7 @@ def padded(arrays: Iterable[Array]) -> Tensor:
     """Arrays of different lengths, the last row repeated, as one tensor ``# (logs, rows, columns)``."""
     arrays = list(arrays)
     longest = max(len(array) for array in arrays)
-    return torch.as_tensor(
-        np.stack([np.concatenate([array, np.repeat(array[-1:], longest - len(array), axis=0)]) for array in arrays])
-    )
+    return torch.as_tensor(np.stack([np.pad(own, ((0, longest - len(own)), (0, 0)), mode="edge") for own in arrays]))
 
 
 def folds_of(segments: Segments) -> NDArray[np.int64]:

@@ -14,7 +14,7 @@ a lag are the same to first order, so these are held against each other at the s
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from math import inf
 
@@ -29,7 +29,7 @@ from sym2real.diagnosis.design.visible import AssumedNoise, Plan, Predictions, V
 from sym2real.diagnosis.errors.floor import SensorNoise
 from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.preparation import whiten
-from sym2real.diagnosis.estimate.quadratic import Hypothesis, solve
+from sym2real.diagnosis.estimate.quadratic import Fit, Hypothesis, solve
 from sym2real.diagnosis.estimate.significance import least_gain, sizes_beyond_chance
 from sym2real.diagnosis.estimate.swing import smallest_swings
 from sym2real.diagnosis.estimate.whitening import Spread, Whitening
@@ -115,20 +115,16 @@ def _needed(problems: Problems, competitors: int) -> float:
     return max(of_gain, float(stats.t.isf(chance / 2, problems.block_count - 1)) ** 2)
 
 
-def _alike(
-    problems: Problems, smooth: Sequence[Candidate], places: Mapping[str, list[int]], information: Tensor
-) -> dict[str, tuple[str, ...]]:
-    """Per candidate, the others that absorb nearly all that it does to the residuals."""
-    return {
-        candidate.name: tuple(
-            other.name
-            for other in smooth
-            if other is not candidate
-            and _absorbs(information, places[candidate.name], places[other.name])
-            and not (candidate.starts and other.starts and _part_at_size(problems, candidate, other))
-        )
-        for candidate in smooth
-    }
+def _alike(problems: Problems, candidate: Candidate, smooth: Sequence[Candidate], fit: Fit) -> tuple[str, ...]:
+    """Others that absorb nearly all that a candidate does to the residuals."""
+    information, places = fit.curvature.sum(0), fit.places(candidate.free)
+    return tuple(
+        other.name
+        for other in smooth
+        if other is not candidate
+        and _absorbs(information, places, fit.places(other.free))
+        and not (candidate.starts and other.starts and _part_at_size(problems, candidate, other))
+    )
 
 
 def _part_at_size(problems: Problems, first: Candidate, other: Candidate) -> bool:
@@ -150,10 +146,8 @@ def _smooth(
 ) -> list[Visible]:
     """Rows of effects that act from zero on; where the noise was measured its blocks and logs, too, must tell them."""
     library, free = problems.library, tuple(slot for candidate in smooth for slot in candidate.free)
-    places = {candidate.name: [free.index(slot) for slot in candidate.free] for candidate in smooth}
     (fit,) = problems.quadratics([Hypothesis(free, library.null)])
-    information = fit.curvature.sum(0)
-    sizes = (needed / information.diagonal().clamp_min(1e-300)).sqrt()
+    sizes = (needed / fit.curvature.sum(0).diagonal().clamp_min(1e-300)).sqrt()
     if tested is not None and smooth:  # measured logs also tell what is narrow from trim
         own = [fit.part(candidate.free) for candidate in smooth]
         gains = [least_gain(problems, candidate, library.null, 2) for candidate in smooth]
@@ -161,15 +155,16 @@ def _smooth(
         sizes *= torch.as_tensor(least).div(SETTINGS.gain_beside).sqrt()
         sizes = torch.maximum(sizes, torch.cat([sizes_beyond_chance(problems, part, tested) for part in own]))
     mattering = sizes.new_full(sizes.shape, inf) if predictions is None else predictions.of_parameters(free)
-    like = _alike(problems, smooth, places, information)
-    return [
-        replace(row, like=like[candidate.name])
-        for candidate in smooth
-        for row in _smooth_rows(candidate, library, sizes[places[candidate.name]], mattering[places[candidate.name]])
-    ]
+    rows = list[Visible]()
+    for candidate in smooth:
+        places, like = fit.places(candidate.free), _alike(problems, candidate, smooth, fit)
+        rows += _smooth_rows(candidate, library, sizes[places], mattering[places], like)
+    return rows
 
 
-def _smooth_rows(candidate: Candidate, library: Library, seen: Tensor, mattering: Tensor) -> list[Visible]:
+def _smooth_rows(
+    candidate: Candidate, library: Library, seen: Tensor, mattering: Tensor, like: tuple[str, ...] = ()
+) -> list[Visible]:
     """A row per parameter, from the sizes from which on it is seen and matters, in units of scale ``# (A,)``."""
     rows, always = [], always_alike(candidate.name, library.equations)
     for place, *sizes in zip(candidate.free, seen.tolist(), mattering.tolist(), strict=True):
@@ -177,7 +172,7 @@ def _smooth_rows(candidate: Candidate, library: Library, seen: Tensor, mattering
         largest = SETTINGS.nearly * max(slot.high - slot.null, slot.null - slot.low)
         smallest, matters = (slot.scale * size if slot.scale * size < largest else None for size in sizes)
         shown_by = library.effects[of].shown_by
-        rows.append(Visible(candidate.name, slot.name, slot.unit, smallest, matters, (), always, shown_by))
+        rows.append(Visible(candidate.name, slot.name, slot.unit, smallest, matters, like, always, shown_by))
     return rows
 
 

@@ -8,14 +8,15 @@ were held for one in the logs).
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cache, partial
 
 import numpy as np
 
 from sym2real.control.manoeuvres import DITHER, TRIALS, Trial
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.estimate.fit import REFIT_STEPS, Problems
+from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.quadratic import Hypothesis
 from sym2real.diagnosis.estimate.simulator import fly
 from sym2real.diagnosis.estimate.whitening import Spread, Whitening
@@ -71,15 +72,15 @@ def with_advice(
         return tuple(
             replace(finding, separate_by=_unflown(finding, testable[finding.effect], equations)) for finding in findings
         )
-    keys = dict.fromkeys(
-        key for finding in findings if testable[finding.effect] for key in (finding.effect, *testable[finding.effect])
-    )
+    keys = dict.fromkeys(key for name, others in testable.items() if others for key in (name, *others))
     library = Library.of(equations, [effect(key, equations) for key in keys])
-    flights, result = _Flights(plant, equations), []
+    flown, result = cache(partial(_flown, plant)), []
     for finding in findings:
         outcomes, others = list[_Outcome](), testable[finding.effect]
-        for flown in flights.made_for((finding.effect, *others)) if others else ():
-            outcomes.append(_outcome(finding, others, library, whitening, flown))
+        for trial in _made_for((finding.effect, *others), plant, equations) if others else ():
+            if (data := flown(trial)) is None:
+                continue
+            outcomes.append(_outcome(finding, others, library, whitening, (trial, data)))
             if outcomes[-1].left > 1.0 and max(outcomes[-1].explained.values()) < SETTINGS.clear:
                 break
         advised = _advice(finding, outcomes, equations) if outcomes else _unflown(finding, others, equations)
@@ -98,7 +99,7 @@ def _testable(finding: Finding, equations: Equations) -> tuple[str, ...]:
     """Alternatives that physics may distinguish from a finding, and that a fit can put in its place."""
     if effect(finding.effect, equations).searching.swings:
         return ()
-    others = [key for key in finding.group if key != finding.effect and not _always(key, finding.effect, equations)]
+    others = [key for key in finding.alternatives if not _always(key, finding.effect, equations)]
     # One that stands for an alternative on every flight fares as that does.
     first = [
         key for place, key in enumerate(others) if not any(_always(key, other, equations) for other in others[:place])
@@ -110,39 +111,27 @@ def _always(key: str, other: str, equations: Equations) -> bool:
     return key == effect(other, equations).stood_for_by or other == effect(key, equations).stood_for_by
 
 
-class _Flights:
-    """The manoeuvres in the simulator, each flown once, when it is asked for; without those that cannot be flown."""
+def _made_for(effects: Sequence[str], plant: MujocoPlant, equations: Equations) -> list[Trial]:
+    """The manoeuvres of such a robot, those that are made for one of the effects first."""
+    known = [effect(key, equations) for key in effects]
+    shown = {manner for effect in known for manner in effect.searching.shown_in(effect.body)}
+    return sorted(TRIALS[motion(plant.robot)], key=lambda trial: trial.shows not in shown)
 
-    def __init__(self, plant: MujocoPlant, equations: Equations) -> None:
-        self._plant, self._equations, self._flown = plant, equations, dict[str, Dataset | None]()
-        self._motion = motion(plant.robot)
 
-    def made_for(self, effects: Sequence[str]) -> Iterator[tuple[Trial, Dataset]]:
-        """All of them, those that are made for one of the effects first."""
-
-        known = [effect(key, self._equations) for key in effects]
-        shown = {manner for effect in known for manner in effect.searching.shown_in(effect.body)}
-
-        for trial in sorted(TRIALS[self._motion], key=lambda trial: trial.shows not in shown):
-            if trial.words not in self._flown:
-                self._flown[trial.words] = self._fly(trial)
-            data = self._flown[trial.words]
-            if data is not None:
-                yield trial, data
-
-    def _fly(self, trial: Trial) -> Dataset | None:
-        robot = self._plant.robot
-        usual = zip(robot.layouts.action, robot.recipe.dither, strict=True)
-        dither, rows = np.array([DITHER.get(*command) for command in usual]), round(trial.seconds / robot.dt)
-        logs = []
-        for number, path in enumerate(trial.paths):
-            noise = np.random.default_rng(number).standard_normal((rows, len(dither)))
-            reference = path_of(robot, path, 0.0, trial.yaw_rate)
-            try:
-                logs.append(fly(self._plant, reference, trial.dither * dither * noise, name=f"{trial.words} {number}"))
-            except Sym2RealError:  # a simulator that cannot follow this, as of wheels too light for their servos
-                return None
-        return Dataset(logs) if all(len(log) == rows for log in logs) else None
+def _flown(plant: MujocoPlant, trial: Trial) -> Dataset | None:
+    """A manoeuvre in the simulator; None where that cannot fly it."""
+    robot = plant.robot
+    usual = zip(robot.layouts.action, robot.recipe.dither, strict=True)
+    dither, rows = np.array([DITHER.get(*command) for command in usual]), round(trial.seconds / robot.dt)
+    logs = []
+    for number, path in enumerate(trial.paths):
+        noise = np.random.default_rng(number).standard_normal((rows, len(dither)))
+        reference = path_of(robot, path, 0.0, trial.yaw_rate)
+        try:
+            logs.append(fly(plant, reference, trial.dither * dither * noise, name=f"{trial.words} {number}"))
+        except Sym2RealError:  # a simulator that cannot follow this, as of wheels too light for their servos
+            return None
+    return Dataset(logs) if all(len(log) == rows for log in logs) else None
 
 
 def _outcome(
@@ -162,7 +151,7 @@ def _outcome(
         same = [candidate for candidate in known if candidate.name == key]
         hypotheses = [Hypothesis(own.free, library.null) for own in same]
         hypotheses += [Hypothesis(own.free, own.started(library.null, level)) for own in same for level in own.starts]
-        fits = problems.fit(hypotheses, REFIT_STEPS)
+        fits = problems.fit(hypotheses)
         left[key] = min((fit.total for fit in fits), default=nothing)
     explained = {key: 1.0 - rest / max(nothing, 1e-300) for key, rest in left.items()}
     least = min([nothing, *left.values()])
@@ -186,7 +175,7 @@ def _unflown(finding: Finding, others: Sequence[str], equations: Equations) -> s
 
 
 def _never(finding: Finding, equations: Equations) -> list[str]:
-    same = [key for key in finding.group if key != finding.effect and _always(key, finding.effect, equations)]
+    same = [key for key in finding.alternatives if _always(key, finding.effect, equations)]
     if not same:
         return []
     ways = [way for way in (effect(key, equations).of.distinguished_by for key in (finding.effect, *same)) if way]

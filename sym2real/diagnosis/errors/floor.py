@@ -152,9 +152,7 @@ def floor_of_noise(
     noise = _no_larger_than_one_step(SensorNoise.of(data), model, data)
     stride, row = max(1, round(STRIDE / data.dt)), torch.as_tensor(noise.of_a_row).square()
     moved, windows = torch.zeros(longest, layout.tangent_size, dtype=torch.float64), 0
-    for trajectory in data:
-        if len(trajectory) < ROWS + longest:
-            continue
+    for trajectory in (log for log in data if len(log) >= ROWS + longest):
         plain = predict_windows(model, trajectory, longest, start, stride).predicted
         for _ in range(DRAWS):
             other = predict_windows(model, noise.added_to(trajectory, rng), longest, start, stride).predicted

@@ -17,10 +17,7 @@ from scipy.stats import norm
 
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.trajectory import Array
-
-# A command that answers the noise of a measured row meets it again in the residual up to this lag: a velocity by
-# differences has noise of two rows.
-ANSWERED = 1
+from sym2real.upward import upward
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,35 +117,8 @@ class Residuals:
 
     def lines(self) -> list[str]:
         """What a person should know, a sentence each."""
-        sentences = [self._following(name, command) for command, name in self.suspicious().items()]
-        if not self.components:
-            return sentences
-        if not self.coloured:
-            return ["the one-step residuals are white, but for what sensor noise makes", *sentences]
-        return [self._coloured(), *sentences]
-
-    def _coloured(self) -> str:
-        first = self.coloured[0]
-        residual, (_, lag) = self.components[first], self.components[first].worst()
-        band = self.white_bar * residual.deviations[lag - 1]
-        count = f"{len(self.coloured)} of {len(self.components)} components"
-        most = f"{first} most, {_rows(lag)} apart (r {residual.autocorrelation[lag - 1]:.2f}, band {band:.2f})"
-        return f"the one-step residuals are not white in {count}: {most}"
-
-    def _following(self, name: str, command: str) -> str:
-        following = self.components[name].commands[command]
-        band = self.command_bar * following.deviation
-        extremes = (int(following.causal.argmax()), int(following.causal.argmin()))
-        # The later one first: a delay shows as what came so many rows earlier, less what comes now.
-        lags = sorted((lag for lag in extremes if abs(following.causal[lag]) > band), reverse=True)
-        when = [f"{_rows(lag)} earlier" if lag else "of the same row" for lag in lags]
-        clauses = [
-            f"{'follows' if size > 0 else 'opposes'} {what} {at} (r {size:.2f})"
-            for at, size, what in zip(when, following.causal[lags], (command, "it"), strict=False)
-        ]
-        answers = lags[0] <= ANSWERED and following.answers_noise
-        noise = "; a loop that answers sensor noise may do that" if answers else ""
-        return f"the residual of {name} {' and '.join(clauses)}, band {band:.2f}{noise}"
+        lines: list[str] = upward("residual_lines")(self)
+        return lines
 
     def to_dict(self) -> dict[str, Any]:
         """The object ``residuals`` that ``compare --json`` prints; bands are of 95 %, each lag for itself."""
@@ -168,7 +138,3 @@ class Residuals:
 @cache
 def _bar(tests: int) -> float:
     return float(norm.isf(SETTINGS.level / 2 / max(tests, 1)))
-
-
-def _rows(count: int) -> str:
-    return f"{count} row{'s' if count > 1 else ''}"

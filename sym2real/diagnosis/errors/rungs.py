@@ -140,7 +140,7 @@ def ladder(
         library: effects in the base's equations.
         data: held-out logs.
         stages: name, and a parameter set per fold ``# (folds, P)``; one fold where the logs took no part in the fit.
-        fold_of: fold of each log; None for one fold.
+        fold_of: fold of each log; None where no log took part in the fit.
         horizons: in s, of :func:`horizons_for`.
         after: part of every log behind which windows start.
     """
@@ -149,9 +149,7 @@ def ladder(
     if windows is None:
         return []
     problem = Problem(library, data, windows)
-    folds = torch.zeros(len(windows), dtype=torch.long)
-    if fold_of is not None:
-        folds = torch.as_tensor(fold_of)[torch.as_tensor(windows.log)].long()
+    folds = torch.as_tensor(np.zeros_like(windows.log) if fold_of is None else fold_of[windows.log])
     blocks = {count: max(SHORTEST_BLOCK, ceil(count / stride_of(data.dt))) for count in steps.values()}
     rungs, unchanged = [], [_errors(windows.start, windows, *block) for block in blocks.items()]
     for name, sets in stages:

@@ -27,7 +27,7 @@ from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.full_model import improved
 from sym2real.diagnosis.estimate.quadratic import Fit, Free, Hypothesis
 from sym2real.diagnosis.estimate.variances import LEAST
-from sym2real.diagnosis.estimate.whitening import Spread, Whitening
+from sym2real.diagnosis.estimate.whitening import Spread, Whitened, Whitening
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.predict.library import Library, Slot, shielded
 from sym2real.diagnosis.predict.sensitivity import Problem
@@ -96,18 +96,8 @@ MOST_EFFECTS, STEPS = 8, 2
 
 
 @dataclass(frozen=True, eq=False)
-class Calibration:
-    """The base against the plain simulator.
-
-    Args:
-        problem, spread, whitening: of the flown data.
-        origin: parameter set that explains the base's errors there ``# (P,)``.
-    """
-
-    problem: Problem
-    spread: Spread
-    whitening: Whitening
-    origin: Tensor
+class Calibration(Whitened):
+    """The base against the plain simulator: flown data, at the parameter set that explains the base's errors there."""
 
     def scores(self, free: Free, logs: Sequence[str]) -> Tensor:
         """Half the loss's derivative by parameters, mean over the segments here of each log that is named ``# (S, A)``.
@@ -116,7 +106,7 @@ class Calibration:
             free: the parameters.
             logs: name of the log of every segment elsewhere.
         """
-        here = Hypothesis(free, self.origin)
+        here = Hypothesis(free, self.values)
         (fit,) = Problems.of(self.problem, self.whitening).quadratics([here], with_nuisance=False)
         smooth = torch.tensor([self._is_smooth(slot) for slot in free])
         return by_log(torch.where(smooth, fit.gradient, 0.0), self.problem.log_names, logs)
@@ -201,7 +191,7 @@ def cleaned(problems: Problems, fit: Fit, own: Calibration | None) -> Fit:
     moved = replace(fit, gradient=fit.gradient - problems.whitening.trust[:, None] * shift)
     step = problems.sure_step(moved, fit)
     values, without = problems.moved(moved, step), fit.values.clone()
-    without[list(fit.free)] = own.origin[list(fit.free)]
+    without[list(fit.free)] = own.values[list(fit.free)]
     moved_there, base_alone = problems.totals([values, without]).tolist()
     if moved_there > max(base_alone, fit.total):
         return fit

@@ -9,7 +9,7 @@ by the loop's stiffness, inertia times gain: effects that act by a torque are kn
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -28,32 +28,11 @@ from sym2real.diagnosis.settings import SETTINGS
 
 LINE_SEARCH = (1.0, 0.4, 0.1)
 # Gauss–Newton steps of a hypothesis that competes.
-REFIT_STEPS = 4
+STEPS = 4
 CONVERGED = 1e-4
 
 
-@dataclass(frozen=True)
-class Nuisance:
-    """Parameters that every hypothesis has free, with their bounds.
-
-    Args:
-        free: slots.
-        low, high: bounds of each.
-    """
-
-    free: Free = ()
-    low: tuple[float, ...] = ()
-    high: tuple[float, ...] = ()
-
-    def nearest(self, slot: int, value: float, otherwise: float) -> float:
-        """The value itself as far as the bounds allow; ``otherwise`` for a slot that is no nuisance."""
-        if slot not in self.free:
-            return otherwise
-        place = self.free.index(slot)
-        return min(max(value, self.low[place]), self.high[place])
-
-
-NONE = Nuisance()
+Nuisance = Mapping[int, tuple[float, float]]  # slots of parameters that every hypothesis has free, with their bounds
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,17 +49,18 @@ class Problems:
     whitening: Whitening
     folds: NDArray[np.int64]
     blocks: NDArray[np.int64]
-    nuisance: Nuisance = NONE
+    nuisance: Nuisance = field(default_factory=dict)
     spread: Spread | None = None
     _known: dict[tuple[Free, bytes, int], Fit] = field(default_factory=dict, init=False, repr=False)
 
     @classmethod
     def of(
-        cls, problem: Problem, whitening: Whitening, nuisance: Nuisance = NONE, spread: Spread | None = None
+        cls, problem: Problem, whitening: Whitening, nuisance: Nuisance | None = None, spread: Spread | None = None
     ) -> Problems:
         """With one fold per log and blocks of 1.5 s."""
         segments = problem.segments
-        return cls(problem, whitening, folds_of(segments), blocks_of(segments, problem.data.dt), nuisance, spread)
+        folds, blocks = folds_of(segments), blocks_of(segments, problem.data.dt)
+        return cls(problem, whitening, folds, blocks, nuisance or {}, spread)
 
     @property
     def library(self) -> Library:
@@ -120,7 +100,7 @@ class Problems:
         if not hypotheses:
             return []
         sets = torch.stack([hypothesis.values for hypothesis in hypotheses])
-        nuisance = self.nuisance.free if with_nuisance else ()
+        nuisance = self.nuisance if with_nuisance else ()
         held = [tuple(slot for slot in nuisance if slot not in hypothesis.free) for hypothesis in hypotheses]
         whole = [(*hypothesis.free, *others) for hypothesis, others in zip(hypotheses, held, strict=True)]
         fits: list[Fit] = []
@@ -130,7 +110,7 @@ class Problems:
             fits.append(Fit(hypothesis.free, others, hypothesis.values, *parts))
         return fits
 
-    def fit(self, hypotheses: Sequence[Hypothesis], steps: int) -> list[Fit]:
+    def fit(self, hypotheses: Sequence[Hypothesis], steps: int = STEPS) -> list[Fit]:
         """Gauss–Newton with a line search, all hypotheses in one rollout per step; what was asked before is known."""
         asked = [(hypothesis.free, hypothesis.values.numpy().tobytes(), steps) for hypothesis in hypotheses]
         new = {key: hypothesis for key, hypothesis in zip(asked, hypotheses, strict=True) if key not in self._known}
@@ -180,8 +160,7 @@ class Problems:
         """Of all that is free in a fit ``# (A,)`` each."""
         low, high = (bound[list(fit.whole)] for bound in self.library.bounds)
         for place, slot in enumerate(fit.held, len(fit.free)):
-            number = self.nuisance.free.index(slot)
-            low[place], high[place] = self.nuisance.low[number], self.nuisance.high[number]
+            low[place], high[place] = self.nuisance[slot]
         return low, high
 
     def held_out(self, fit: Fit) -> Tensor:
@@ -254,8 +233,4 @@ def nuisance_of(library: Library, origin: Tensor) -> Nuisance:
     """The nuisance of a library around what is known of its base ``# (P,)``."""
     known = [(slot, effect.of.nuisance) for key, effect in library.effects.items() for slot in library.indices(key)[:1]]
     bounds = [(slot, float(origin[slot]), factors) for slot, factors in known if factors is not None]
-    return Nuisance(
-        tuple(slot for slot, _, _ in bounds),
-        tuple(low * here for _, here, (low, _) in bounds),
-        tuple(high * here for _, here, (_, high) in bounds),
-    )
+    return {slot: (low * here, high * here) for slot, here, (low, high) in bounds}

@@ -7,6 +7,7 @@ thousand residuals are few dozen, so that fitting all of them takes less than a 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import inf
 
 import numpy as np
 import torch
@@ -39,20 +40,16 @@ def full_fit(problems: Problems, competing: Sequence[Candidate], start: Tensor, 
     smooth, others = ([candidate for candidate in competing if candidate.needs_start is flag] for flag in (False, True))
     if last is not None:
         kept = [candidate for candidate in others if last[candidate.free[0]] != start[candidate.free[0]]]
-        return _fitted(problems, [*smooth, *kept], _centre(start, last, kept), last, AGAIN)
+        # Means of the priors: those of effects whose null is infinitely far are where they have been found.
+        centre, slots = start.clone(), [slot for candidate in kept for slot in candidate.slots]
+        centre[slots] = last[slots]
+        return _fitted(problems, [*smooth, *kept], centre, last, AGAIN)
     fits = [_fitted(problems, smooth, start, start, STEPS)]
     for candidates in (others, smooth):
         away, started = _with_a_start(problems, candidates, start)
         if started:
             fits.append(_fitted(problems, [*smooth, *started], away, away, STEPS))
     return fits[int(problems.totals(fits).argmin())]
-
-
-def _centre(start: Tensor, last: Tensor, kept: Sequence[Candidate]) -> Tensor:
-    """Means of the priors: those of effects whose null is infinitely far are where they have been found."""
-    centre, slots = start.clone(), [slot for candidate in kept for slot in candidate.slots]
-    centre[slots] = last[slots]
-    return centre
 
 
 def _fitted(problems: Problems, chosen: Sequence[Candidate], centre: Tensor, values: Tensor, steps: int) -> Tensor:
@@ -62,15 +59,12 @@ def _fitted(problems: Problems, chosen: Sequence[Candidate], centre: Tensor, val
 
 def _with_a_start(problems: Problems, competing: Sequence[Candidate], values: Tensor) -> tuple[Tensor, list[Candidate]]:
     """The parameter set with the one candidate that saves most by itself, if any saves much."""
-    trials = [(candidate, level) for candidate in competing for level in candidate.starts]
-    if not trials:
+    trials = [(candidate, candidate.started(values, level)) for candidate in competing for level in candidate.starts]
+    without, *losses = problems.totals([values, *(started for _, started in trials)]).tolist()
+    if min(losses, default=inf) > (1 - SETTINGS.another_effect) * without:
         return values, []
-    sets = [values, *(candidate.started(values, level) for candidate, level in trials)]
-    losses = problems.totals(sets)
-    best = int(losses[1:].argmin())
-    if float(losses[best + 1]) > (1 - SETTINGS.another_effect) * float(losses[0]):
-        return values, []
-    return sets[best + 1], [trials[best][0]]
+    candidate, started = trials[losses.index(min(losses))]
+    return started, [candidate]
 
 
 def improved(problems: Problems, free: Free, values: Tensor, centre: Tensor, steps: int) -> Tensor:

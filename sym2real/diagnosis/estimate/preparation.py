@@ -12,7 +12,7 @@ from sym2real.diagnosis.estimate.fit import Problems, nuisance_of
 from sym2real.diagnosis.estimate.full_model import full_fit
 from sym2real.diagnosis.estimate.simulator import SWITCHED_OFF, flown_along, with_effects_of
 from sym2real.diagnosis.estimate.swing import Swing, find_swing
-from sym2real.diagnosis.estimate.whitening import Spread, Whitening, estimate, free_start
+from sym2real.diagnosis.estimate.whitening import Spread, Whitened, Whitening, estimate, free_start
 from sym2real.diagnosis.faults.sanity import Checked
 from sym2real.diagnosis.predict.candidate import Candidate, candidates, library_for, library_of, swings
 from sym2real.diagnosis.predict.competitors import NotTested, competing
@@ -171,8 +171,8 @@ def calibrate_base(prepared: Prepared) -> Prepared:
         return prepared
     searched = prepared.problems.library
     own = calibrated(searched, prepared.candidates, prepared.flown, prepared.whitening)
-    problems = replace(prepared.problems, nuisance=nuisance_of(searched, own.origin))
-    return replace(prepared, problems=problems, origin=own.origin, calibration=own)
+    problems = replace(prepared.problems, nuisance=nuisance_of(searched, own.values))
+    return replace(prepared, problems=problems, origin=own.values, calibration=own)
 
 
 def uncalibrated(prepared: Prepared) -> Prepared:
@@ -197,34 +197,14 @@ def _not_tested(model: Equations, data: Dataset, question: Question) -> tuple[No
     return (*(left_out for left_out in others if left_out.effect not in question.include), *calm)
 
 
-@dataclass(frozen=True, eq=False)
-class Whitened:
-    """A problem and the covariance of what a fully explained model leaves of it.
-
-    Args:
-        problem: its segments start where they most likely did.
-        spread, whitening: the covariance.
-        values: of the full model, which misses little ``# (P,)``.
-    """
-
-    problem: Problem
-    spread: Spread
-    whitening: Whitening
-    values: torch.Tensor
-
-    @property
-    def deviance(self) -> float:
-        """Minus twice the logarithm of the full model's likelihood."""
-        return self.whitening.deviance(self.problem.residuals(self.values[None])[0])
-
-
 def _likelier(base: Refined, whitened: Whitened) -> tuple[Refined, Whitened]:
     """The base under which the logs are likelier: that with constants fitted to the simulator, or the one given.
 
     Constants fitted to motions of a healthy robot may be wrong for those of one that carries a load.
     """
     given = _whitened(base.library, base.examined.checked.data)
-    return (base, whitened) if whitened.deviance <= given.deviance else (replace(base, searched=base.library), given)
+    deviance, of_given = (own.whitening.deviance(own.residuals) for own in (whitened, given))
+    return (base, whitened) if deviance <= of_given else (replace(base, searched=base.library), given)
 
 
 def _whitened(library: Library, data: Dataset) -> Whitened:
@@ -232,8 +212,9 @@ def _whitened(library: Library, data: Dataset) -> Whitened:
 
 
 def whiten(problem: Problem, effects: tuple[Candidate, ...]) -> Whitened:
-    """The covariance of what a fully explained model leaves, from the full model's residuals.
+    """The covariance of what a fully explained model leaves, from the full model's residuals, at its parameter set.
 
+    Segments start where they most likely did.
     What a model that is far off (an inertia, by twenty times) predicts of whole segments says nothing of the robot's
     slopes. So a full fit to the first part of each goes on to the whole (multiple shooting, from short to long),
     beside one from no effect; where that leaves more, disturbances spread as the full model predicts, not the base.
@@ -267,9 +248,8 @@ def _with_likely_starts(problem: Problem, spread: Spread, whitening: Whitening, 
     likely = (spread.start.mT @ whitening.inverse_times(residuals[..., None]))[..., 0]
     starts = segments.layout.retract(segments.start, -likely * free_start(segments.layout))
     moved = Problem(problem.library, problem.data, replace(segments, start=starts))
-    before, after = (
-        (part.square() * whitening.weight).sum(1) for part in (residuals, moved.residuals(values[None])[0])
-    )
+    errors = residuals, moved.residuals(values[None])[0]
+    before, after = ((part.square() * whitening.weight).sum(1) for part in errors)
     kept = torch.where((after < before)[:, None], starts, segments.start)
     return Problem(problem.library, problem.data, replace(segments, start=kept))
 

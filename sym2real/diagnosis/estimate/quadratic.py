@@ -92,8 +92,7 @@ class Fit:
 
     def of_segments(self, which: Tensor) -> Fit:
         """The same for some segments only."""
-        parts = (self.loss[which], self.gradient[which], self.curvature[which])
-        return Fit(self.free, self.held, self.values, *parts)
+        return replace(self, loss=self.loss[which], gradient=self.gradient[which], curvature=self.curvature[which])
 
 
 def solve(matrix: Tensor, vector: Tensor) -> Tensor:

@@ -12,7 +12,7 @@ from scipy import stats
 from torch import Tensor
 
 from sym2real.diagnosis.data.segments import summed
-from sym2real.diagnosis.estimate.fit import REFIT_STEPS, Problems
+from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.quadratic import Fit, Hypothesis, solve
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.settings import SETTINGS
@@ -115,10 +115,10 @@ class Distance:
         if candidate.needs_start:
             return cls._of_part(problems, fit, candidate, origin)
         slots = candidate.slots
-        known, without = fit.values[slots], origin[slots]
-        pairs = zip(candidate.free, known.tolist(), without.tolist(), strict=True)
-        neutral = torch.tensor([problems.nuisance.nearest(*pair) for pair in pairs], dtype=torch.float64)
-        away = (known - neutral) / problems.library.scale[slots]
+        neutral = origin.clone()
+        for slot in problems.nuisance.keys() & slots:  # free in every fit: none as far as its bounds go
+            neutral[slot] = fit.values[slot].clamp(*problems.nuisance[slot])
+        away = (fit.values - neutral)[slots] / problems.library.scale[slots]
         return cls(away, fit.places(slots), fit.gradient, fit.curvature)
 
     @classmethod
@@ -130,7 +130,7 @@ class Distance:
         values = fit.values.clone()
         values[candidate.slots] = origin[candidate.slots]
         rest = tuple(slot for slot in fit.free if slot not in candidate.free)
-        before = problems.fit([Hypothesis(rest, values)], REFIT_STEPS)[0]
+        before = problems.fit([Hypothesis(rest, values)])[0]
         beside = tuple(slot for slot in fit.whole if slot not in candidate.free)
         (columns,) = problems.problem.linearised(fit.values[None], [beside])
         whole, slopes = columns[..., :1], columns[..., 1:]

@@ -237,16 +237,12 @@ def _frequencies(problem: Problem) -> tuple[Array, float]:
 
 def _falls(rows: _Rows, omegas: Array) -> Array:
     """Of the whitened squares by sine and cosine beyond constant and trend, over all logs ``# (F,)``."""
-    parts = np.split(omegas, range(AT_A_TIME, len(omegas), AT_A_TIME))
-    return np.concatenate([_falls_of_some(rows, part.tolist()) for part in parts])
-
-
-def _falls_of_some(rows: _Rows, omegas: Sequence[float]) -> Array:
-    gradient, curvature = rows.by_log(omegas)
-    waves = 2 * rows.gradient.shape[1]
-    rest, inner = gradient[..., waves:], curvature[..., waves:, waves:]
-    falls = (gradient * solve(curvature, gradient)).sum((1, 2)) - (rest * solve(inner, rest)).sum((1, 2))
-    return falls.numpy()
+    waves, falls = 2 * rows.gradient.shape[1], list[Tensor]()
+    for part in np.split(omegas, range(AT_A_TIME, len(omegas), AT_A_TIME)):
+        gradient, curvature = rows.by_log(part.tolist())
+        rest, inner = gradient[..., waves:], curvature[..., waves:, waves:]
+        falls.append((gradient * solve(curvature, gradient)).sum((1, 2)) - (rest * solve(inner, rest)).sum((1, 2)))
+    return torch.cat(falls).numpy()
 
 
 def _waves(rows: _Rows, omega: float) -> Tensor:

@@ -113,7 +113,5 @@ def _factors(products: Products, sensor: Tensor, power: Tensor) -> tuple[Tensor,
     trace = len(left) * products.channel.bincount() * weight - weight.square() * lost
     hits = (held / scale.square()).square()
     masses = (1.0 - root.square().sum(1)) / scale.square()
-    of_disturbances = (
-        torch.stack([hits, masses]).sum(1)[:, products.starts :].unflatten(-1, (products.disturbances, -1)).sum(-1)
-    )
-    return torch.stack([squares, trace]), of_disturbances
+    disturbed = torch.stack([hits, masses]).sum(1)[:, products.starts :]
+    return torch.stack([squares, trace]), disturbed.unflatten(-1, (products.disturbances, -1)).sum(-1)

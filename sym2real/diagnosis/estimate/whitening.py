@@ -18,6 +18,7 @@ Biometrika 85 (1998).
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from math import lgamma, log
 
 import torch
@@ -153,9 +154,8 @@ class Spread:
         """
         segments, rows = self.start.shape[:2]
         weight = 1.0 / sensor.repeat(rows // self.components)
-        columns = torch.cat(
-            [self.start, (self.disturbances * power.sqrt()[:, None]).reshape(segments, rows, -1)], dim=-1
-        )
+        disturbed = (self.disturbances * power.sqrt()[:, None]).flatten(-2)
+        columns = torch.cat([self.start, disturbed], dim=-1)
         weighted = columns * weight[:, None]
         lower = root_plus_identity(columns.mT @ weighted)
         lost = torch.linalg.solve_triangular(lower, weighted.mT, upper=False).mT
@@ -163,6 +163,27 @@ class Spread:
         deviations = power.sqrt() * self.sizes
         disturbances = dict(zip(self.names, deviations.tolist(), strict=True))
         return Whitening(sensor.sqrt(), disturbances, weight, lost, freedom, weight.new_ones(segments))
+
+
+@dataclass(frozen=True, eq=False)
+class Whitened:
+    """A data set at a parameter set, with the covariance of what a fully explained model leaves of it.
+
+    Args:
+        problem: a library against the data.
+        spread, whitening: the covariance.
+        values: the parameter set ``# (P,)``.
+    """
+
+    problem: Problem
+    spread: Spread
+    whitening: Whitening
+    values: Tensor
+
+    @cached_property
+    def residuals(self) -> Tensor:
+        """Predicted less measured ``# (S, R)``."""
+        return self.problem.residuals(self.values[None])[0]
 
 
 def free_start(layout: Layout) -> Tensor:

@@ -73,10 +73,8 @@ class Breach:
 
     def undone(self, data: Dataset) -> Dataset:
         """The logs as they are meant."""
-        here = None if self.log is None else self.log[0]
-        return Dataset(
-            mended(self.transformation, log) if here in (None, place) else log for place, log in enumerate(data)
-        )
+        here = range(len(data)) if self.log is None else self.log[:1]
+        return Dataset(mended(self.transformation, log) if place in here else log for place, log in enumerate(data))
 
     def in_log(self, data: Dataset, place: int) -> Breach:
         """As found in the log at this place alone."""

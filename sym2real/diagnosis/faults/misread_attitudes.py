@@ -122,9 +122,8 @@ def _misread(data: Dataset, columns: tuple[str, ...]) -> list[Breach]:
     if not now or max(now) > SETTINGS.mostly:
         return []
     for times, unit, what in ((DEGREES, "deg", READ), (1.0 / DEGREES, "rad", READ[::-1])):
-        meant = Misread(
-            f"an attitude in {' that is read as '.join(what)}", partial(_unit, unit), partial(_divided, times)
-        )
+        words = f"an attitude in {' that is read as '.join(what)}"
+        meant = Misread(words, partial(_unit, unit), partial(_divided, times))
         then = min(_concordance(of_all(meant, data)), default=0.0)
         if then >= SETTINGS.mostly and (times > 1.0 or columns == SINE_COSINE or _moved_in_degrees(data)):
             shown = f"what moves the robot agrees with it by {then:.2f} of 1 then, by {max(now):.2f} as it stands"

@@ -73,10 +73,9 @@ class DataReport:
         for name, varied in self.commands.items():
             weak = f"{name} hardly varies (±{varied.deviation:.2g} {varied.unit}): effects on it cannot be seen"
             remarks += [*([weak] if varied.weak else []), *varied.limit_notes(name)]
-        unclear = {name: own for name, own in self.agreements.items() if own.verdict == "unclear"}.items()
-        remarks += [
-            f"{name} and the derivative of the {own.of} correlate by {own.correlation:.2f}" for name, own in unclear
-        ]
+        for name, own in self.agreements.items():
+            if own.verdict == "unclear":
+                remarks.append(f"{name} and the derivative of the {own.of} correlate by {own.correlation:.2f}")
         return remarks
 
     def to_dict(self) -> dict[str, Any]:

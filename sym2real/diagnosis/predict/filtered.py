@@ -52,13 +52,10 @@ class FilteredCommands:
         """All commands ``# (U, logs, T * parts, m)`` through filters of these values ``# (U, filter slots)``."""
         library = self._library
         rows = self._actions.expand(len(unique), -1, -1, -1)
-        place = 0
-        for key, _ in library.equations.filters:
+        keys = [key for key, _ in library.equations.filters]
+        for key, values in zip(keys, unique.split([len(library.indices(key)) for key in keys], dim=1), strict=True):
             effect, slots = library.effects[key], library.indices(key)
-            values = unique[:, place : place + len(slots)]
-            null = torch.tensor([library.slots[i].parameter.null for i in slots], dtype=torch.float64)
-            place += len(slots)
-            busy = (values != null).any(dim=1)
+            busy = (values != library.null[list(slots)]).any(dim=1)
             if busy.any():
                 given = {library.slots[i].parameter.name: values[busy, j, None] for j, i in enumerate(slots)}
                 rows = rows.clone()

@@ -68,9 +68,8 @@ class Library:
 
     def at(self, **values: float) -> Library:
         """The same with other values of the base's parameters; nothing is composed or compiled anew."""
-        base, equations = (
-            replace(given, parameters={**given.parameters, **values}) for given in (self.base, self.equations)
-        )
+        both = self.base, self.equations
+        base, equations = (replace(given, parameters={**given.parameters, **values}) for given in both)
         return replace(self, base=base, equations=equations)
 
     @cached_property

@@ -61,25 +61,18 @@ class Problem:
             sets: parameter sets ``# (B, P)``.
             active: per set, slots of its free parameters; derivatives are in units of their scales.
         """
-        rows, steps = [], []
-        _, high = self.library.bounds
-        for values, free in zip(sets, active, strict=True):
-            rows.append(values)
-            for slot in free:
-                step = STEP * self.library.scale[slot]
-                sign, moved = -1.0 if values[slot] + step > high[slot] else 1.0, values.clone()
-                moved[slot] += sign * step
-                rows.append(moved)
-                steps.append(sign * STEP)
-        everything = self.residuals(torch.stack(rows)).transpose(0, 1)  # (S, B, R)
-        jacobians, place, first = [], 0, 0
-        for free in active:
-            columns = everything[:, place : place + 1 + len(free)]
+        rows, signs, (_, high) = [], [], self.library.bounds
+        for values, slots in zip(sets, map(list, active), strict=True):
+            step, moved = STEP * self.library.scale[slots], values.repeat(1 + len(slots), 1)
+            signs.append(torch.where(values[slots] + step > high[slots], -1.0, 1.0).double())
+            moved[range(1, len(moved)), slots] += signs[-1] * step
+            rows.append(moved)
+        everything = self.residuals(torch.cat(rows)).transpose(0, 1)  # (S, B, R)
+        parts = everything.split([len(moved) for moved in rows], dim=1)
+        for columns, sign in zip(parts, signs, strict=True):
             columns[:, 1:] -= columns[:, :1]
-            columns[:, 1:] /= torch.tensor(steps[first : first + len(free)], dtype=torch.float64)[:, None]
-            jacobians.append(columns.mT)
-            place, first = place + 1 + len(free), first + len(free)
-        return jacobians
+            columns[:, 1:] /= STEP * sign[:, None]
+        return [columns.mT for columns in parts]
 
     def start_jacobian(self, values: Tensor) -> Tensor:
         """Derivative of residuals by the start state's tangent ``# (S, R, tangent)`` at one set ``# (P,)``."""

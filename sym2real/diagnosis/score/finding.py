@@ -68,6 +68,11 @@ class Finding:
         return {**known, "spread_over_logs": self.log_spread, **battery}
 
     @property
+    def alternatives(self) -> list[str]:
+        """The others of its group."""
+        return [key for key in self.group if key != self.effect]
+
+    @property
     def values(self) -> dict[str, float]:
         """Values alone, by parameter."""
         return {name: estimate.value for name, estimate in self.parameters.items()}

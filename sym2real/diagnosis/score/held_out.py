@@ -68,9 +68,8 @@ class Gate:
         That is beyond both intervals, or by a tenth beyond that of the ratio. The interval of a single piece has no
         width: there a rise counts from a tenth on, as a fall does.
         """
-        return tuple(
-            sorted((fall for fall in self._falls() if fall.surely and fall.part < 0), key=lambda fall: fall.part)
-        )
+        rises = (fall for fall in self._falls() if fall.surely and fall.part < 0)
+        return tuple(sorted(rises, key=lambda fall: fall.part))
 
     @property
     def fallen(self) -> bool:

@@ -102,9 +102,8 @@ class HypothesisTest:
         if not self.supported:
             needed = SETTINGS.gain_of(len(self.findings))
             if min(self.beside[key] for key in self.refused if key not in self.unneeded) > needed:
-                why = (
-                    "but too few independent pieces of these logs tell of it, or its fit ends where no value is likely"
-                )
+                few = "too few independent pieces of these logs tell of it"
+                why = f"but {few}, or its fit ends where no value is likely"
                 return f"The logs do not establish {sentence}, {why}{self._refused}{self._better}."
             least = f"up to {_percent(needed)} is needed"
             return f"The logs do not ask for {sentence}; {least}{self._refused}{self._better}."
@@ -134,12 +133,9 @@ class HypothesisTest:
         if any(finding.doubtful for finding in self.findings):
             return "; commands that change between the rows of the logs do as well"
         if len(self.findings) == 1:
-            group = [key for key in self.finding.group if key != self.finding.effect]
-            return f"; {' or '.join(group[:3]) or 'no other effect'} does as well"
-        alike = [
-            (finding.effect, [key for key in finding.group if key != finding.effect][:3]) for finding in self.findings
-        ]
-        clauses = [f"{' or '.join(group)} does as well as {key}" for key, group in alike if group]
+            return f"; {' or '.join(self.finding.alternatives[:3]) or 'no other effect'} does as well"
+        alike = {finding.effect: finding.alternatives[:3] for finding in self.findings}
+        clauses = [f"{' or '.join(group)} does as well as {key}" for key, group in alike.items() if group]
         return f"; {'; '.join(clauses) or 'no other effect does as well as one of them'}"
 
     def apply(self, equations: Equations) -> Equations:

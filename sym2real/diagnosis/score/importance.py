@@ -18,7 +18,6 @@ from sym2real.diagnosis.data.segments import WARM_UP
 from sym2real.diagnosis.data.start import ROWS
 from sym2real.diagnosis.data.windows import finite_errors, free_run_seconds, judged
 from sym2real.diagnosis.errors.rungs import windows_of
-from sym2real.diagnosis.estimate.fit import REFIT_STEPS
 from sym2real.diagnosis.estimate.quadratic import Fit, Hypothesis
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.predict.sensitivity import Problem
@@ -44,7 +43,7 @@ def _ordered(selection: Selection) -> Ordered:
     for number, candidate in enumerate(order[:-1], start=1):
         values = values.clone()
         values[candidate.slots] = selection.fit.values[candidate.slots]
-        (fit,) = problems.fit([Hypothesis(selection.free(order[:number]), values)], REFIT_STEPS)
+        (fit,) = problems.fit([Hypothesis(selection.free(order[:number]), values)])
         ordered.append((candidate, fit))
         values = fit.values
     return [*ordered, *((last, selection.fit) for last in order[-1:])]

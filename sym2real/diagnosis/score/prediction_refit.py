@@ -29,7 +29,7 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.segments import Segments, compared_fields, comparing
 from sym2real.diagnosis.data.windows import JUDGED_AT, channel_name, judged
 from sym2real.diagnosis.errors.rungs import Rung, horizons_for, ladder, windows_of
-from sym2real.diagnosis.estimate.fit import REFIT_STEPS, Problems
+from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.quadratic import Fit, Hypothesis
 from sym2real.diagnosis.estimate.whitening import Whitening
 from sym2real.diagnosis.predict.sensitivity import Problem
@@ -130,7 +130,7 @@ def _fitted(problem: Problem, starts: Sequence[Hypothesis]) -> tuple[Problems, F
     def fitted(start: Hypothesis) -> tuple[Problems, Fit]:
         for _ in range(ROUNDS):
             problems = Problems.of(problem, scale.whitening(problem.residuals(start.values[None])[0]))
-            (fit,) = problems.fit([start], REFIT_STEPS)
+            (fit,) = problems.fit([start])
             start = replace(start, values=fit.values)
         return problems, fit
 

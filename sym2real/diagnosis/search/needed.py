@@ -230,17 +230,15 @@ def by_others(selection: Selection, fit: Fit, problems: Problems | None = None) 
 
 def parts_of_others(selection: Selection, segments: Segments) -> list[Tensor]:
     """Of every fold the segments ``# (S,)`` that are not its own; of a single log those of the first two thirds."""
-    folds, data = fold_of_log(selection), selection.problems.problem.data
-    if folds is None:
-        rows = np.array([len(log) for log in data])
+    if selection.problems.log_count == 1:
+        rows = np.array([len(log) for log in selection.problems.problem.data])
         return [torch.as_tensor(segments.row + segments.length <= LAST_THIRD * rows[segments.log])]
+    folds = fold_of_log(selection)
     return [torch.as_tensor(folds[segments.log] != fold) for fold in np.unique(folds)]
 
 
-def fold_of_log(selection: Selection) -> NDArray[np.int64] | None:
+def fold_of_log(selection: Selection) -> NDArray[np.int64]:
     """Fold of every log: its place among those that have segments; a log without any has that of the one before it."""
     problem = selection.problems.problem
-    if selection.problems.log_count == 1:
-        return None
     places = np.searchsorted(np.unique(problem.segments.log), np.arange(len(problem.data)), side="right") - 1
     return np.maximum(places, 0)

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from itertools import combinations
 
-from sym2real.diagnosis.estimate.fit import REFIT_STEPS
 from sym2real.diagnosis.estimate.quadratic import Fit, Hypothesis
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.search.effect_set import EffectSet
@@ -43,5 +42,5 @@ def hidden_pairs(selection: Selection, effects: EffectSet) -> list[EffectSet]:
     pairs = [pair for _, pair in sorted(promising, key=lambda entry: entry[0])[:REFITTED]]
     parts = [part(*pair) for pair in pairs]
     hypotheses = [Hypothesis(own.free, problems.moved(own, problems.best_step(own))) for own in parts]
-    fits = problems.fit(hypotheses, REFIT_STEPS)
+    fits = problems.fit(hypotheses)
     return [selection.set_of([*chosen, *pair], fit) for pair, fit in zip(pairs, fits, strict=True)]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from torch import Tensor
 
-from sym2real.diagnosis.estimate.fit import REFIT_STEPS, Problems
+from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.quadratic import Fit, Free, Hypothesis
 from sym2real.diagnosis.estimate.significance import beyond_chance, standard_error
 from sym2real.diagnosis.predict.candidate import Candidate
@@ -50,7 +50,7 @@ class Selection:
 
     def __post_init__(self) -> None:
         self.tested = len(self.candidates)
-        self.put([], self.problems.fit([Hypothesis((), self.origin)], REFIT_STEPS)[0])
+        self.put([], self.problems.fit([Hypothesis((), self.origin)])[0])
 
     def set_of(self, chosen: Sequence[Candidate], fit: Fit) -> EffectSet:
         """Effects, their joint fit, and its loss on what is left out."""
@@ -85,7 +85,7 @@ class Selection:
         """Effects, fitted from the values that they have in another fit."""
         values, slots = self.origin.clone(), [slot for candidate in chosen for slot in candidate.slots]
         values[slots] = fit.values[slots]
-        return self.set_of(chosen, self.problems.fit([Hypothesis(self.free(chosen), values)], REFIT_STEPS)[0])
+        return self.set_of(chosen, self.problems.fit([Hypothesis(self.free(chosen), values)])[0])
 
     def free(self, chosen: Sequence[Candidate]) -> Free:
         """Parameters of several candidates, in their order."""
@@ -140,16 +140,15 @@ class Selection:
 
     def refitted(self, chosen: Sequence[Candidate], started: Sequence[tuple[Candidate, Tensor]]) -> list[EffectSet]:
         """Candidates, each fitted jointly with what is chosen from a parameter set, best first."""
-        fits = self.problems.fit(
-            [Hypothesis(self.free([*chosen, candidate]), start) for candidate, start in started], REFIT_STEPS
-        )
+        hypotheses = [Hypothesis(self.free([*chosen, candidate]), start) for candidate, start in started]
+        fits = self.problems.fit(hypotheses)
         joined = [self.set_of([*chosen, candidate], fit) for (candidate, _), fit in zip(started, fits, strict=True)]
         return sorted(joined, key=lambda scored: scored.loss)
 
     def fitted_anew(self, effects: EffectSet) -> list[EffectSet]:
         """The same effects, fitted from the other starts of each: a set may have several valleys."""
         hypotheses = self.started(effects.chosen, effects.fit.values)
-        return [self.set_of(effects.chosen, fit) for fit in self.problems.fit(hypotheses, REFIT_STEPS)]
+        return [self.set_of(effects.chosen, fit) for fit in self.problems.fit(hypotheses)]
 
     def started(self, chosen: Sequence[Candidate], values: Tensor) -> list[Hypothesis]:
         """Effects from values ``# (P,)`` of which one is at another of its starts."""
@@ -225,7 +224,7 @@ class Selection:
         rest = [other for other in effects.chosen if other is not candidate]
         values = effects.fit.values.clone()
         values[candidate.slots] = self.origin[candidate.slots]
-        return self.set_of(rest, self.problems.fit([Hypothesis(self.free(rest), values)], REFIT_STEPS)[0])
+        return self.set_of(rest, self.problems.fit([Hypothesis(self.free(rest), values)])[0])
 
 
 def reported(value: float, origin: float, parameter: Parameter) -> float:

@@ -22,7 +22,7 @@ from torch import Tensor
 
 from sym2real.diagnosis.data.segments import Segments, summed
 from sym2real.diagnosis.estimate.calibrate import Calibration
-from sym2real.diagnosis.estimate.whitening import PIECES, Spread, Whitening
+from sym2real.diagnosis.estimate.whitening import PIECES, Whitened
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.settings import SETTINGS
@@ -53,13 +53,13 @@ class Constants:
     coupling: Tensor
 
     @classmethod
-    def of(cls, problem: Problem, spread: Spread, whitening: Whitening, values: Tensor) -> Constants:
-        """At a parameter set ``# (P,)``."""
+    def of(cls, whitened: Whitened) -> Constants:
+        """Of a data set at its parameter set."""
+        problem, spread = whitened.problem, whitened.spread
         offsets = _offsets(problem)
         shapes = [offset.expand(len(problem.segments), -1)[..., None] for _, _, offset in offsets]
         columns = torch.cat([spread.disturbances.sum(dim=-1) / spread.sizes, *shapes], dim=-1)  # (S, R, D)
-        residual = problem.residuals(values[None])[0]
-        weighted = whitening.products(torch.cat([residual[..., None], columns], dim=-1))
+        weighted = whitened.whitening.products(torch.cat([whitened.residuals[..., None], columns], dim=-1))
         names = (*spread.names, *(name for name, _, _ in offsets))
         units = (*(unit_of(problem, name) for name in spread.names), *(unit for _, unit, _ in offsets))
         return cls(names, units, weighted[:, 0, 1:], weighted[:, 1:, 1:])
@@ -80,20 +80,18 @@ class Constants:
 
 
 def find_constants(
-    selection: Selection, spread: Spread, own: Calibration | None = None, exclude: Collection[str] = ()
+    selection: Selection, here: Whitened, own: Calibration | None = None, exclude: Collection[str] = ()
 ) -> tuple[Leftover, ...]:
     """Constants that are beyond chance and matter: the one that lowers held-out errors most, then others beside it.
 
     Args:
         selection: what was found.
-        spread: shapes of the disturbances.
+        here: the logs at its values.
         own: the base against the plain simulator: a channel in which it is off as much there shows its own fault.
         exclude: channels that something else explains.
     """
-    problems = selection.problems
-    constants = Constants.of(problems.problem, spread, problems.whitening, selection.fit.values)
-    own_constants = None if own is None else Constants.of(own.problem, own.spread, own.whitening, own.origin)
-    of_base = torch.zeros(len(constants.names)) if own_constants is None else own_constants.sizes
+    problems, constants = selection.problems, Constants.of(here)
+    of_base = torch.zeros(1) if own is None else Constants.of(own).sizes
     waiting = {place for place, name in enumerate(constants.names) if name not in exclude}
     least = (SETTINGS.gain_few if selection.chosen else SETTINGS.gain) * selection.present.loss
     # Every log has a trim of its own, where there are logs enough.
@@ -109,30 +107,28 @@ def find_constants(
         size, unit = float(constants.sizes[place]), constants.units[place]
         share, term = falls[place] / constants.alone(place).most, f"{with_unit(size, unit)} everywhere"
         name, segments = constants.names[place], problems.problem.segments
-        motion = part_of_disturbance(segments, spread, name, size) if name in spread.names else None
+        motion = part_of_disturbance(segments, here.spread, name, size) if name in here.spread.names else None
         leftovers.append(Leftover(CONSTANT, name, min(1.0, share), term, size, unit, motion))
         waiting.discard(place)
         constants = constants.beside(place)
 
 
 def find_differing(
-    selection: Selection, spread: Spread, own: Calibration | None = None, exclude: Collection[str] = ()
+    selection: Selection, here: Whitened, own: Calibration | None = None, exclude: Collection[str] = ()
 ) -> tuple[Leftover, ...]:
     """Disturbances nearly all of whose squares are between logs, and that matter; the one that moves most first.
 
     Args:
-        selection, spread, own, exclude: as of :func:`find_constants`.
+        selection, here, own, exclude: as of :func:`find_constants`.
     """
     problems, leftovers = selection.problems, list[Leftover]()
     if problems.log_count < SETTINGS.fewest_logs:
         return ()
-    segments, data = problems.problem.segments, problems.data
-    constants = Constants.of(problems.problem, spread, problems.whitening, selection.fit.values)
+    segments, data, spread, constants = problems.problem.segments, problems.data, here.spread, Constants.of(here)
     chances, shares, sizes = _by_log(constants, segments)
     of_base = np.zeros(len(constants.names))
     if own is not None:
-        its_own = Constants.of(own.problem, own.spread, own.whitening, own.origin)
-        of_base = _by_log(its_own, own.problem.segments)[2].std(0)
+        of_base = _by_log(Constants.of(own), own.problem.segments)[2].std(0)
     logs, place_of = np.unique(segments.log, return_inverse=True)
     for place, name in enumerate(spread.names):
         apart, unit = sizes[:, place] - sizes[:, place].mean(), constants.units[place]
@@ -172,7 +168,6 @@ def _offsets(problem: Problem) -> list[tuple[str, str, Tensor]]:
         if owner.name not in MEASURED:
             continue
         name = f"measured {owner.name}" + (f" {AXES[component - places.start]}" if len(places) > 1 else "")
-        shape = torch.zeros(segments.length, len(segments.compared), dtype=torch.float64)
-        shape[:, place] = 1.0
-        offsets.append((name, MEASURED[owner.name], shape.flatten()))
+        shape = torch.eye(len(segments.compared), dtype=torch.float64)[place].repeat(segments.length)
+        offsets.append((name, MEASURED[owner.name], shape))
     return offsets

@@ -69,7 +69,7 @@ class Terms:
         problems, fit = selection.problems, selection.fit
         features = features_in(problems.problem)
         side = Side.of(problems.problem, spread, fit.values, fit, features)
-        flown = None if own is None else Side.of(own.problem, own.spread, own.origin, fit, features)
+        flown = None if own is None else Side.of(own.problem, own.spread, own.values, fit, features)
         return cls(features, side, flown, problems, fit)
 
     @property

@@ -8,6 +8,7 @@ from dataclasses import replace
 from sym2real.diagnosis.data.windows import JUDGED_AT, judged
 from sym2real.diagnosis.errors.floor import Floor, SensorNoise, floor_of_explained
 from sym2real.diagnosis.errors.rungs import Rung
+from sym2real.diagnosis.estimate.whitening import Whitened
 from sym2real.diagnosis.score.finding import Scored, applied
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.diagnosis.unexplained.constant import find_constants, find_differing
@@ -20,11 +21,12 @@ from sym2real.diagnosis.unexplained.term import Term, propose
 def explain_rest(scored: Scored) -> tuple[tuple[Leftover, ...], Term | None]:
     """What no effect explains, the strongest of what matters first, and an unverified term that would some of that."""
     result, prepared = scored.result, scored.result.prepared
-    selection, spread, problems = result.selection, prepared.spread, prepared.problems
-    rest = Rest.of(problems.problem, spread, problems.whitening, selection.fit.values)
+    selection, problems = result.selection, prepared.problems
+    here = Whitened(problems.problem, prepared.spread, problems.whitening, selection.fit.values)
+    rest = Rest.of(here)
     # Commands that no row holds move the robot, and what they did goes with what it then did.
     commands_lost = prepared.checked.commands_lost or any(finding.doubtful for finding in scored.findings)
-    leftovers = () if commands_lost else _leftovers(scored, rest)
+    leftovers = () if commands_lost else _leftovers(scored, here, rest)
     judging = bool(scored.findings) and scored.gate.beats_hold
     if not (judging or commands_lost or any(leftover.matters for leftover in leftovers)):
         leftovers = (*worse_than_nothing(scored), *leftovers)
@@ -34,23 +36,21 @@ def explain_rest(scored: Scored) -> tuple[tuple[Leftover, ...], Term | None]:
     return leftovers, propose(informed, prepared.checked.data, rest, leftovers[0], problems.whitening)
 
 
-def _leftovers(scored: Scored, rest: Rest) -> tuple[Leftover, ...]:
+def _leftovers(scored: Scored, here: Whitened, rest: Rest) -> tuple[Leftover, ...]:
     """What no effect explains, the strongest of what matters first."""
     selection, prepared = scored.result.selection, scored.result.prepared
     own, problems = prepared.calibration, selection.problems
-    of_the_base = None if own is None else lambda: Rest.of(own.problem, own.spread, own.whitening, own.origin)
     astray = beyond_floor(scored.stages, scored.floor)
-    leftovers = find_leftovers(rest, of_the_base)
+    leftovers = find_leftovers(rest, own)
     channels = [leftover.channel for leftover in leftovers]
     if astray and scored.stages and scored.floor:
-        leftovers = (*find_differing(selection, prepared.spread, own, exclude=channels), *leftovers)
+        leftovers = (*find_differing(selection, here, own, exclude=channels), *leftovers)
     if problems.block_count >= SETTINGS.fewest_pieces:
-        leftovers += find_constants(selection, prepared.spread, own, exclude=channels)
+        leftovers += find_constants(selection, here, own, exclude=channels)
         leftovers = leftovers or find_dependence(selection, prepared.spread, own)
     if not any(leftover.matters for leftover in leftovers) and astray:
-        errors = problems.problem.residuals(selection.fit.values[None])[0]
-        motion = part_of_changes(problems.problem.segments, errors)
-        leftovers += find_misfit(problems.whitening.misfit(errors), motion)
+        motion = part_of_changes(problems.problem.segments, here.residuals)
+        leftovers += find_misfit(problems.whitening.misfit(here.residuals), motion)
         # Where a simulator has shown the base's own errors, these may be as large.
         if own is None and not any(leftover.matters for leftover in leftovers):
             leftovers += find_far(scored.stages, scored.floor, motion)
@@ -110,10 +110,9 @@ def disturbance_notes(floor: Sequence[Floor]) -> tuple[str, ...]:
     worst = max(judged(times), key=times.__getitem__, default="")
     if not worst or 1.0 - times[worst] ** -2 < SETTINGS.mostly:
         return ()
-    words = (
-        f"disturbances that follow nothing measured make the {worst} error {times[worst]:.1f} times that of noise alone"
-    )
-    return (f"{words}: gusts, say, or a part that moves by itself, such as a load on a string",)
+    words = f"make the {worst} error {times[worst]:.1f} times that of noise alone"
+    instance = "gusts, say, or a part that moves by itself, such as a load on a string"
+    return (f"disturbances that follow nothing measured {words}: {instance}",)
 
 
 def worse_than_nothing(scored: Scored) -> tuple[Leftover, ...]:

@@ -7,14 +7,15 @@ log's mean (which ``constant.py`` looks at). A random forest that predicts distu
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from sym2real.diagnosis.estimate.whitening import PIECES, Spread, Whitening
+from sym2real.diagnosis.estimate.whitening import PIECES, Whitened
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.diagnosis.unexplained.features import features_of, part_of_disturbance, within
@@ -112,18 +113,18 @@ class Rest:
     groups: NDArray[np.int64]
 
     @classmethod
-    def of(cls, problem: Problem, spread: Spread, whitening: Whitening, values: torch.Tensor) -> Rest:
-        """What a parameter set ``# (P,)`` leaves of a problem."""
+    def of(cls, whitened: Whitened) -> Rest:
+        """What the parameter set leaves of a data set."""
+        problem, spread = whitened.problem, whitened.spread
         names, (before, features, behind) = features_of(problem)
         logs = np.repeat(problem.segments.log, PIECES)
-        disturbances = within(most_likely_disturbances(problem, spread, whitening, values), logs)
+        disturbances = within(most_likely_disturbances(whitened), logs)
         groups = logs if len(np.unique(logs)) > 2 else logs * 100 + np.arange(len(logs)) * 4 // len(logs)
         units = tuple(unit_of(problem, name) for name in spread.names)
         along = zip(spread.names, disturbances.T, strict=True)
         motion = tuple(part_of_disturbance(problem.segments, spread, name, column) for name, column in along)
         sizes = tuple(spread.sizes.tolist())
-        around = before, behind
-        return cls(spread.names, units, sizes, disturbances, motion, names, features, around, groups)
+        return cls(spread.names, units, sizes, disturbances, motion, names, features, (before, behind), groups)
 
     def explained(self, channel: str) -> tuple[float, float]:
         """R² of a disturbance on pieces not seen, and the size of what is so explained in its unit."""
@@ -165,34 +166,32 @@ def find_misfit(squares: float, motion: float | None = None) -> tuple[Leftover, 
     return (Leftover(MISFIT, "", share, words, motion=motion and float(np.sqrt(share)) * motion),)
 
 
-def find_leftovers(rest: Rest, of_the_base: Callable[[], Rest] | None = None) -> tuple[Leftover, ...]:
+def find_leftovers(rest: Rest, own: Whitened | None = None) -> tuple[Leftover, ...]:
     """What is left and depends on something, the strongest first.
 
     Args:
         rest: of the logs.
-        of_the_base: gives what is left of the plain simulator's data: a channel in which the base misses as much
-            there shows the base's own fault and is passed over.
+        own: the base against the plain simulator: a channel in which it misses as much there shows its own fault and is
+            passed over.
     """
     if len(rest.disturbances) < SETTINGS.disturbance_pieces:
         return ()
-    base: Rest | None = None
-    leftovers = []
+    rest_of, leftovers = cache(Rest.of), []
     scored = ((*rest.explained(channel), channel) for channel in rest.suspects())
     for r2, size, channel in sorted((entry for entry in scored if entry[0] > SETTINGS.worth_saying), reverse=True):
         place = rest.names.index(channel)
         if size < SETTINGS.negligible * rest.sizes[place] or rest.answered(channel, r2):
             continue
-        base = of_the_base() if base is None and of_the_base is not None else base
-        if base is not None and base.explained(channel)[1] > SETTINGS.mostly * size:
+        if own is not None and rest_of(own).explained(channel)[1] > SETTINGS.mostly * size:
             continue
         feature, term = split_in_words(rest.features, rest.values, rest.disturbances[:, place], rest.units[place])
         leftovers.append(Leftover(feature, channel, r2, term, motion=float(np.sqrt(r2)) * rest.motion[place]))
     return tuple(leftovers)
 
 
-def most_likely_disturbances(problem: Problem, spread: Spread, whitening: Whitening, values: torch.Tensor) -> Array:
+def most_likely_disturbances(whitened: Whitened) -> Array:
     """Disturbances in their unit ``# (S·pieces, D)``."""
-    residual = problem.residuals(values[None])[0]
+    residual, spread, whitening = whitened.residuals, whitened.spread, whitened.whitening
     weighted = whitening.inverse_times(residual[..., None])  # (S, R, 1)
     power = torch.tensor([whitening.disturbances[name] for name in spread.names], dtype=torch.float64)
     likely = (spread.disturbances.flatten(-2).mT @ weighted)[..., 0].reshape(len(residual), len(spread.names), PIECES)

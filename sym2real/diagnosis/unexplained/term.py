@@ -69,10 +69,9 @@ def propose(informed: Equations, data: Dataset, rest: Rest, leftover: Leftover, 
     else:
         expression = sympy.Float(leftover.size)
     scale, gain = _scaled(informed, data, channel, expression, whitening)
-    rounded = canonical(expression * scale)
-    short = {atom: sympy.Float(float(f"{float(atom):.{DIGITS}g}")) for atom in rounded.atoms(sympy.Float)}
-    rounded = rounded.xreplace(short)
-    return Term(channel, text(rounded), gain) if gain > SETTINGS.gain else None
+    exact = canonical(expression * scale)
+    rounded = {atom: sympy.Float(float(f"{float(atom):.{DIGITS}g}")) for atom in exact.atoms(sympy.Float)}
+    return Term(channel, text(exact.xreplace(rounded)), gain) if gain > SETTINGS.gain else None
 
 
 def _polynomial(variable: Expr, values: Array, target: Array) -> Expr:

@@ -57,10 +57,12 @@ class Balance:
 
     def of_field(self, field: str) -> tuple[Array, Array]:
         """Measured and predicted change of a field's components ``# (stretches, components)``, in their order."""
-        own = [place for place, of in enumerate(self.fields) if of == field]
-        none = np.zeros((len(self.losses), 0))
-        parts = (self.measured, self.predicted)
-        measured, predicted = (np.concatenate([none, *(part[place] for place in own)], axis=1) for part in parts)
+        return self.of_quantities([place for place, of in enumerate(self.fields) if of == field])
+
+    def of_quantities(self, places: Sequence[int]) -> tuple[Array, Array]:
+        """The same of some quantities."""
+        none, parts = np.zeros((len(self.losses), 0)), (self.measured, self.predicted)
+        measured, predicted = (np.concatenate([none, *(part[place] for place in places)], axis=1) for part in parts)
         return measured, predicted
 
     @property
@@ -126,14 +128,10 @@ class Balances:
             way = _summed(cut[0][0][..., layout.slice(VELOCITY.name)] * data.dt, counts)
             ways = {"level position": way[:, :LEVEL], "upright position": way[:, LEVEL:]}
             turns |= {f"{of} by velocity": (measured[:, quantities[of][1]], ways[of]) for of in ways if ways[of].size}
-        return Balance(
-            (*quantities, *turns),
-            (*(field for field, _ in quantities.values()), *("" for _ in turns)),
-            (*(measured[:, places] for _, places in quantities.values()), *(angle for angle, _ in turns.values())),
-            (*(predicted[:, places] for _, places in quantities.values()), *(rate for _, rate in turns.values())),
-            known,
-            rows,
-        )
+        entries = [(name, field, measured[:, at], predicted[:, at]) for name, (field, at) in quantities.items()]
+        entries += [(name, "", angle, rate) for name, (angle, rate) in turns.items()]
+        names, fields, changes, others = zip(*entries, strict=True)
+        return Balance(names, fields, changes, others, known, rows)
 
 
 def _rated(log: Trajectory) -> list[str]:
@@ -175,19 +173,16 @@ def _quantities(layout: Layout) -> dict[str, tuple[str, list[int]]]:
     What has no frame goes by its columns: joints and their rates.
     """
     quantities: dict[str, tuple[str, list[int]]] = {}
-    for field, places in zip(layout.fields, layout.tangent_places, strict=True):
+    for field, places in zip(layout.fields, map(list, layout.tangent_places), strict=True):
         if field.frame == "world" and field.kind == "vector":
-            quantities[f"level {field.name}"] = field.name, list(places[:LEVEL])
-            if len(places) > LEVEL:
-                quantities[f"upright {field.name}"] = field.name, list(places[LEVEL:])
+            own = {f"level {field.name}": places[:LEVEL], f"upright {field.name}": places[LEVEL:]}
         elif not field.frame and field.kind == "vector":
-            quantities |= {column: (field.name, [place]) for column, place in zip(field.columns, places, strict=True)}
+            own = {column: [place] for column, place in zip(field.columns, places, strict=True)}
         elif len(places) == 1:
-            quantities[field.name] = field.name, list(places)
+            own = {field.name: places}
         else:
-            quantities |= {
-                f"{field.name} about {axis}": (field.name, [place]) for axis, place in zip("xyz", places, strict=False)
-            }
+            own = {f"{field.name} about {axis}": [place] for axis, place in zip("xyz", places, strict=False)}
+        quantities |= {name: (field.name, components) for name, components in own.items() if components}
     return quantities
 
 

@@ -124,11 +124,8 @@ def _swapped(vectors: Sequence[tuple[str, ...]]) -> Iterator[Exchanged]:
 
 def _alike(balance: Balance, columns: Sequence[str]) -> Array:
     """Correlation of the measured change of every column with the change that is predicted of each ``# (n, n)``."""
-    places = [balance.names.index(column) for column in columns]
-    measured, predicted = (
-        np.concatenate([parts[place] for place in places], axis=1) for parts in (balance.measured, balance.predicted)
-    )
-    return np.asarray(np.nan_to_num(np.corrcoef(measured.T, predicted.T)[: len(places), len(places) :]))
+    measured, predicted = balance.of_quantities([balance.names.index(column) for column in columns])
+    return np.asarray(np.nan_to_num(np.corrcoef(measured.T, predicted.T)[: len(columns), len(columns) :]))
 
 
 def _exchanged(

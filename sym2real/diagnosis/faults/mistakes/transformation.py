@@ -51,10 +51,14 @@ class Exchanged:
     signs: tuple[int, ...]
 
     @property
+    def _held(self) -> list[tuple[str, str, int]]:
+        """Every column, the one that it holds, and the sign."""
+        return list(zip(self.columns, self.sources, self.signs, strict=True))
+
+    @property
     def wrong(self) -> list[tuple[str, str]]:
         """The columns that do not hold what they are called, and what they hold."""
-        pairs = zip(self.columns, self.sources, self.signs, strict=True)
-        return [(own, "-" * (sign < 0) + other) for own, other, sign in pairs if (own, sign) != (other, 1)]
+        return [(own, "-" * (sign < 0) + other) for own, other, sign in self._held if (own, sign) != (other, 1)]
 
     @property
     def name(self) -> str:
@@ -62,7 +66,7 @@ class Exchanged:
         wrong = self.wrong
         if {own for own, _ in wrong} == {"z", "vz"}:
             return "z down (z vz with the other sign)"
-        moved = [own for own, other in zip(self.columns, self.sources, strict=True) if own != other]
+        moved = [own for own, other, _ in self._held if own != other]
         if len(wrong) == 1:
             return f"{wrong[0][0]} with the wrong sign"
         if not moved:
@@ -73,7 +77,7 @@ class Exchanged:
     def fix(self, read: AsRead) -> str:
         """What to change, in the columns and axes of the log."""
         logged = read.logged(self.columns)
-        pairs = [pair for pair in zip(self.columns, self.sources, self.signs, strict=True) if pair[0] in logged]
+        pairs = [held for held in self._held if held[0] in logged]
         reads = [f"{other} read {read.column(own)}" for own, other, _ in pairs if own != other]
         flips = [read.column(own) for own, other, sign in pairs if sign * read.sign(own) * read.sign(other) < 0]
         if not reads and not flips and {*self.columns} == {*HEADING.columns}:
@@ -88,14 +92,12 @@ class Exchanged:
     @property
     def _meant_by_zero(self) -> float:
         """The heading in rad that is meant by a logged one of zero, whose cosine is 1."""
-        pairs = zip(self.columns, self.sources, self.signs, strict=True)
-        components = {other: sign * (own == HEADING.columns[1]) for own, other, sign in pairs}
+        components = {other: sign * (own == HEADING.columns[1]) for own, other, sign in self._held}
         return atan2(*(components[name] for name in HEADING.columns))
 
     def undone(self, log: Trajectory) -> Trajectory:
         """With every column in its own place."""
-        pairs = zip(self.columns, self.sources, self.signs, strict=True)
-        return log.with_columns({other: sign * log.column(own) for own, other, sign in pairs})
+        return log.with_columns({other: sign * log.column(own) for own, other, sign in self._held})
 
 
 def counted_otherwise(read: AsRead, sense: float, zero: float) -> str:
@@ -141,9 +143,8 @@ class Turned:
             return log.with_columns(dict(zip(ATTITUDE.columns, turned.T, strict=True)))
         x, y = {"position": ("x", "y"), "velocity": ("vx", "vy"), "heading": ("cos_yaw", "sin_yaw")}[self.field]
         first, other = log.column(x), log.column(y)
-        return log.with_columns(
-            {x: cos(angle) * first - sin(angle) * other, y: sin(angle) * first + cos(angle) * other}
-        )
+        back = cos(angle) * first - sin(angle) * other, sin(angle) * first + cos(angle) * other
+        return log.with_columns({x: back[0], y: back[1]})
 
 
 @dataclass(frozen=True)

@@ -54,9 +54,10 @@ def refusal(error: Exception) -> Record:
 
 
 def sentences(answer: Record) -> list[str]:
-    """What an answer says of the data: faults with evidence and remedy, remarks, the reason of a refusal."""
+    """What an answer says of the data: faults with evidence and remedy, remedies, remarks, the reason of a refusal."""
     faults = [f"{fault['effect']} {fault['evidence']} {fault['fix']}" for fault in answer["faults"]]
-    return [*faults, *answer["notes"], *([answer["error"]] if "error" in answer else [])]
+    remedies = [finding["fix"] for finding in answer["findings"]]
+    return [*faults, *remedies, *answer["notes"], *([answer["error"]] if "error" in answer else [])]
 
 
 def names(answer: Record) -> list[str]:

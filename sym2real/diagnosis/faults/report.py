@@ -92,14 +92,14 @@ def data_report(data: Logs, model: Equations | None = None) -> DataReport:
     steps = np.concatenate([np.diff(log.time) for log in long_enough(data)])
     logs = list(long_enough(data, model))
     checked = check(model, Dataset(logs))
-    dt = float(np.median(steps)) if len(steps) else 0.0
+    dt = float(np.median(steps))
     gaps = steps[steps > SETTINGS.gap * dt]
     regular = steps[steps <= SETTINGS.gap * dt]
     return DataReport(
         logs=len(logs),
         rows=sum(len(trajectory) for trajectory in logs),
         dt=dt,
-        jitter=float(regular.std() / dt) if len(regular) else 0.0,
+        jitter=float(regular.std() / dt),
         gaps=len(gaps),
         longest_gap=float(gaps.max()) if len(gaps) else 0.0,
         commands=excitation(logs),

@@ -12,6 +12,7 @@ from sym2real.diagnosis.errors.floor import Floor, floor_of_explained, no_higher
 from sym2real.diagnosis.errors.rungs import Rung
 from sym2real.diagnosis.estimate.calibrate import Calibration, cleaned
 from sym2real.diagnosis.estimate.swing import Swing
+from sym2real.diagnosis.faults.units import factors
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.score.held_out import Gate, LadderModels
 from sym2real.diagnosis.score.importance import by_importance
@@ -136,12 +137,23 @@ def findings(
 
 
 def _fix(of: Effect, values: Mapping[str, Estimate]) -> str:
-    """What to change; of a number that it multiplies, with what was given and what the logs say in its place."""
+    """What to change; of a number that it multiplies, with what was given and what the logs say in its place.
+
+    Of a gain also the unit in which a command would be logged to look the same.
+    """
     if of.scaled is None:
-        return of.fix
+        unit = _other_unit(of, values)
+        return f"{of.fix}; {of.column} in {unit} looks the same" if unit else of.fix
     (name, given), (factor,) = of.scaled, values.values()
     estimate, *ends = (given * part for part in (factor.value, factor.low, factor.high))
     return f"{name} = {estimate:.4g} (95 % {min(ends):.4g} … {max(ends):.4g}) in place of {given:g}; {of.fix}"
+
+
+def _other_unit(of: Effect, values: Mapping[str, Estimate]) -> str:
+    if of.stage != "command" or [parameter.null for parameter in of.parameters] != [1.0]:
+        return ""
+    ((gain, times),) = ((value, factors(of.body.unit)) for value in values.values())
+    return next((unit for unit, by in times.items() if by != 1.0 and gain.low <= 1.0 / by <= gain.high), "")
 
 
 def shares_of(losses: Sequence[float], freedom: float) -> list[float]:

@@ -17,6 +17,7 @@ from scipy.ndimage import label
 
 from sym2real.dataset import Logs
 from sym2real.diagnosis.errors.by_window import WindowErrors, window_errors
+from sym2real.diagnosis.errors.unseen import unseen_r2
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects.kind import with_unit
 from sym2real.json_objects import fields_of
@@ -122,29 +123,21 @@ def where_of(errors: WindowErrors, region: Region | None = None) -> tuple[Where,
     return tuple(regions)
 
 
-def _tree(values: Array, target: Array) -> Any:
+def _tree(rows: int) -> Any:
     from sklearn.tree import DecisionTreeRegressor  # noqa: PLC0415 — slow to import, and only needed here
 
-    leaf = max(FEWEST_IN_LEAF, round(LEAF * len(values)))
-    return DecisionTreeRegressor(max_depth=DEPTH, min_samples_leaf=leaf).fit(values[:, None], target)
+    return DecisionTreeRegressor(max_depth=DEPTH, min_samples_leaf=max(FEWEST_IN_LEAF, round(LEAF * rows)))
 
 
 def _explained(values: Array, target: Array) -> Array:
-    return np.asarray(_tree(values, target).predict(values[:, None]))
+    return np.asarray(_tree(len(values)).fit(values[:, None], target).predict(values[:, None]))
 
 
 def _unseen_r2(values: Array, target: Array, group: NDArray[np.int64]) -> float:
     """R² of a tree on groups that it has not seen."""
-    kinds = np.unique(group)
-    if len(kinds) < 2 or len(values) < 2 * FEWEST_IN_LEAF:
+    if len(np.unique(group)) < 2 or len(values) < 2 * FEWEST_IN_LEAF or not np.ptp(target):
         return 0.0
-    fold = np.searchsorted(kinds, group) % min(FOLDS, len(kinds))
-    predicted = np.empty_like(target)
-    for part in np.unique(fold):
-        unseen = fold == part
-        predicted[unseen] = _tree(values[~unseen], target[~unseen]).predict(values[unseen][:, None])
-    spread = np.square(target - target.mean()).sum()
-    return float(1.0 - np.square(target - predicted).sum() / spread) if spread > 0 else 0.0
+    return float(unseen_r2(_tree(len(values)), values[:, None], target[:, None], group, FOLDS)[0])
 
 
 def _statement(errors: WindowErrors, channel: str, feature: str, target: Array, region: Region | None) -> Where | None:

@@ -15,6 +15,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from sym2real.diagnosis.errors.unseen import unseen_r2
 from sym2real.diagnosis.estimate.whitening import PIECES, Whitened
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.settings import SETTINGS
@@ -203,14 +204,9 @@ def most_likely_disturbances(whitened: Whitened) -> Array:
 def cross_validated(features: Array, targets: Array, groups: NDArray[np.int64]) -> Array:
     """R² of each target ``# (pieces, D)`` by a random forest on groups that it has not seen ``# (D,)``."""
     from sklearn.ensemble import RandomForestRegressor  # noqa: PLC0415 — heavy, and only needed at the end
-    from sklearn.metrics import r2_score  # noqa: PLC0415
-    from sklearn.model_selection import GroupKFold, cross_val_predict  # noqa: PLC0415
 
     forest = RandomForestRegressor(TREES, min_samples_leaf=LEAF, max_features=0.33, random_state=0)
-    folds = GroupKFold(min(FOLDS, len(np.unique(groups))))
-    predicted = cross_val_predict(forest, features, targets.squeeze(), groups=groups, cv=folds)
-    shares: Array = r2_score(targets, predicted.reshape(targets.shape), multioutput="raw_values")
-    return shares
+    return unseen_r2(forest, features, targets, groups, FOLDS)
 
 
 def unit_of(problem: Problem, name: str) -> str:

@@ -19,6 +19,7 @@ from sym2real.diagnosis.score.held_out import Gate
 from sym2real.diagnosis.search.beam import SearchResult
 from sym2real.effects.groups import unnamed
 
+INSTEAD = "another effect, which predicts these logs better, stands for it"
 Searched = tuple[SearchResult, Scored | None]
 
 
@@ -33,23 +34,19 @@ def instead(scored: Scored | None, searched: Callable[[Question], Searched], key
     """What predicts better with one that an effect stands for in its place: of few effects, then of all; else None."""
     if scored is None:
         return None
-    prepared, chosen = scored.result.prepared, {candidate.name for candidate in scored.result.selection.chosen}
-    without = replace(prepared.question, exclude=(*prepared.question.exclude, key))
+    prepared, before = scored.result.prepared, scored.gate.after
+    chosen = {candidate.name for candidate in scored.result.selection.chosen}
     others = [prepared.library.key(other.name) for other in prepared.candidates if other.name not in chosen]
-    better = None
-    for question in (replace(without, exclude=(*without.exclude, *others)), without):
-        _, better = searched(question)
-        if better is None or not Gate(scored.gate.after, better.gate.after).fallen:
+    for beside in (others, ()):
+        _, other = searched(replace(prepared.question, exclude=(*prepared.question.exclude, key, *beside)))
+        if other is None or not Gate(before, other.gate.after).fallen:
             return None
-    return better
+    return other
 
 
 def renamed(answer: Diagnosis, exclude: Collection[str]) -> Diagnosis:
     """An answer that was made without effects which others now stand for, beside those that a user excludes."""
-    entries = [
-        entry
-        if entry.reason != EXCLUDED or any(fnmatch(entry.effect, pattern) for pattern in exclude)
-        else replace(entry, reason="another effect, which predicts these logs better, stands for it")
-        for entry in answer.not_tried
-    ]
-    return replace(answer, not_tried=tuple(entries))
+    by_user = [entry.effect for entry in answer.not_tried if any(fnmatch(entry.effect, key) for key in exclude)]
+    asked = [entry for entry in answer.not_tried if entry.reason != EXCLUDED or entry.effect in by_user]
+    gone = [replace(entry, reason=INSTEAD) for entry in answer.not_tried if entry not in asked]
+    return replace(answer, not_tried=(*asked, *gone))

@@ -117,8 +117,7 @@ class Residuals:
 
     def lines(self) -> list[str]:
         """What a person should know, a sentence each."""
-        lines: list[str] = upward("residual_lines")(self)
-        return lines
+        return list(upward("residual_lines")(self))
 
     def to_dict(self) -> dict[str, Any]:
         """The object ``residuals`` that ``compare --json`` prints; bands are of 95 %, each lag for itself."""

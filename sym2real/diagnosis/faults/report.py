@@ -11,11 +11,12 @@ from sym2real.dataset import Dataset, Logs
 from sym2real.diagnosis.data.preparation import long_enough
 from sym2real.diagnosis.faults.fault import Fault
 from sym2real.diagnosis.faults.sanity import check, slow_notes
-from sym2real.diagnosis.faults.variation import Excitation, exact, exactness, excitation
+from sym2real.diagnosis.faults.variation import Excitation, exact, excitation
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.json_objects import fields_of
 from sym2real.logs.agreement import Agreement, agreements
 from sym2real.symbolic import Equations
+from sym2real.upward import upward
 
 
 @dataclass(frozen=True)
@@ -64,19 +65,7 @@ class DataReport:
     @property
     def remarks(self) -> list[str]:
         """How much data there are, and what is not as it should be and no fault."""
-        remarks = [f"{self.logs} log{'s' if self.logs > 1 else ''}, {self.rows} rows, time step {self.dt:.4g} s"]
-        if self.jitter > SETTINGS.uneven:
-            remarks.append(f"the time step varies by {100 * self.jitter:.0f} %")
-        if self.gaps:
-            remarks.append(f"{self.gaps} gaps, the longest {self.longest_gap:.3g} s")
-        remarks += [*self.spacing, *exactness(self.exact, self.logs)]
-        for name, varied in self.commands.items():
-            weak = f"{name} hardly varies (±{varied.deviation:.2g} {varied.unit}): effects on it cannot be seen"
-            remarks += [*([weak] if varied.weak else []), *varied.limit_notes(name)]
-        for name, own in self.agreements.items():
-            if own.verdict == "unclear":
-                remarks.append(f"{name} and the derivative of the {own.of} correlate by {own.correlation:.2f}")
-        return remarks
+        return list(upward("data_remarks")(self))
 
     def to_dict(self) -> dict[str, Any]:
         """The object ``data`` that ``compare --json`` prints."""

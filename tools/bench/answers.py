@@ -56,7 +56,7 @@ def refusal(error: Exception) -> Record:
 def sentences(answer: Record) -> list[str]:
     """What an answer says of the data: faults with evidence and remedy, remedies, remarks, the reason of a refusal."""
     faults = [f"{fault['effect']} {fault['evidence']} {fault['fix']}" for fault in answer["faults"]]
-    remedies = [finding["fix"] for finding in answer["findings"]]
+    remedies = [finding.get("fix", "") for finding in answer["findings"]]
     return [*faults, *remedies, *answer["notes"], *([answer["error"]] if "error" in answer else [])]
 
 

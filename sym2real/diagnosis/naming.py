@@ -25,9 +25,8 @@ Searched = tuple[SearchResult, Scored | None]
 
 def doubtful_names(answer: Diagnosis, data: Dataset) -> tuple[str, ...]:
     """Effects that are named for others in such logs, where something is left: one of those may do better."""
-    stood_for = unnamed({finding.effect for finding in answer.findings}, data) if answer.leftovers else {}
-    untested = {entry.effect for entry in answer.not_tried}
-    return tuple(dict.fromkeys(by for key, (by, _) in stood_for.items() if key in untested))
+    behind = unnamed({finding.effect for finding in answer.findings}, data) if answer.leftovers else {}
+    return tuple(dict.fromkeys(behind[other.effect][0] for other in answer.not_tried if other.effect in behind))
 
 
 def instead(scored: Scored | None, searched: Callable[[Question], Searched], key: str) -> Scored | None:

@@ -130,7 +130,7 @@ class Kind:
         counts_as: keys, or patterns of keys, of effects that together are this one.
         searching: how it takes part in a search.
         by_torque: whether it acts by a torque, whose answer is known no better than the loop's stiffness.
-        lagging: whether its value is the time of a lag, of which a control period hides a part.
+        lagging: whether its value is the time of a lag, by way or speed too, of which a control period hides a part.
         reads: inputs that it goes by where the equations have them.
         scales: name of the robot's number that its only value multiplies; "" for none.
         distinguished_by: how to tell it from what equals it on every flight, for a sentence; "" where nothing does.

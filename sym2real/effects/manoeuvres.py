@@ -90,6 +90,16 @@ def steady_speed(logs: Sequence[Trajectory]) -> bool:
     return bool(high - low < STEADY_SPEED * middle)
 
 
+def typical_speed(logs: Iterable[Trajectory]) -> float:
+    """Median speed of robots that tell their velocity, m/s."""
+    speeds = [np.linalg.norm([log.column(name) for name in _velocities(log)], axis=0) for log in logs]
+    return float(np.median(np.concatenate(speeds)))
+
+
+def _velocities(log: Trajectory) -> list[str]:
+    return [name for name in VELOCITY.columns if name in log.layouts.state]
+
+
 def tyres_hold(logs: Sequence[Trajectory]) -> bool:
     """Whether a car hardly ever turns hard enough to slide."""
     if not (columns := _joined(logs, ("vx", "vy", "wz", "steer"))):

@@ -290,6 +290,7 @@ RELAXATION_LENGTH = _of_car(
     substitute=_relaxation_length_substitute,
     needs=("steer", *FORWARD),
     hidden=(_memory(TURN),),
+    lagging=True,
     searching=Searching(varying=("steer",), shown_in=lambda _: (Shown.SPEEDS,)),
 )
 
@@ -312,6 +313,7 @@ YAW_INERTIA = _of_car(
     ),
     needs=("steer", *FORWARD),
     hidden=(_memory(INERT_TURN),),
+    lagging=True,
     searching=Searching(varying=("steer",), shown_in=lambda _: (Shown.SPEEDS,)),
 )
 

@@ -19,6 +19,8 @@ from sym2real.diagnosis.search.near import Near
 from sym2real.diagnosis.search.select import Selection, reported
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects.kind import Kind, Parameter, with_unit
+from sym2real.effects.manoeuvres import typical_speed
+from sym2real.effects.tyres import STANDING
 from sym2real.logs.resample import is_resampled
 
 # Filters act on one number a control step, its mean but behind rate loops. One that changes steadily within it moves a
@@ -130,10 +132,12 @@ def _around(selection: Selection, candidate: Candidate, fit: Fit) -> Iterator[tu
 
 
 def _unresolved(problem: Problem, kind: Kind, slot: Parameter) -> float:
-    """Half-width of what control steps hide of when a command acts, in s; none of other effects."""
-    resampled = any(is_resampled(log) for log in problem.data)
-    timing = slot.unit == "s" and (kind.lagging or kind.columns == "action")
-    return timing * (OF_UNEVEN if resampled else WITHIN_A_STEP) * problem.data.dt
+    """Half-width of what control steps hide of when a command acts; none of other effects."""
+    hidden = (OF_UNEVEN if any(map(is_resampled, problem.data)) else WITHIN_A_STEP) * problem.data.dt
+    if slot.unit == "s":
+        return hidden * (kind.lagging or kind.columns == "action")
+    speed = typical_speed(problem.data) if kind.lagging else 0.0  # of a time by a way, or by the speed
+    return {"m": hidden * speed, "s²/m": hidden / max(speed, STANDING)}.get(slot.unit, 0.0) * kind.lagging
 
 
 def attenuated(selection: Selection, candidate: Candidate, fit: Fit) -> bool:

@@ -221,6 +221,17 @@ def folds_of(segments: Segments) -> NDArray[np.int64]:
     return np.unique(folds, return_inverse=True)[1].astype(np.int64)
 
 
+def unseen_r2(estimator: Any, features: Array, targets: Array, groups: NDArray[np.int64], folds: int) -> Array:
+    """R² of each target ``# (pieces, D)`` on groups left out, by an estimator of scikit-learn ``# (D,)``."""
+    from sklearn.metrics import r2_score  # noqa: PLC0415 — heavy, and only needed at the end
+    from sklearn.model_selection import GroupKFold, cross_val_predict  # noqa: PLC0415
+
+    apart = GroupKFold(min(folds, len(np.unique(groups))))
+    predicted = cross_val_predict(estimator, features, targets.squeeze(), groups=groups, cv=apart)
+    shares: Array = r2_score(targets, predicted.reshape(targets.shape), multioutput="raw_values")
+    return shares
+
+
 def number_in_log(log: NDArray[np.int64]) -> NDArray[np.int64]:
     """How many stand before each in its log; logs in their order ``# (S,)``."""
     return np.arange(len(log)) - np.searchsorted(log, log)

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from scipy.ndimage import label
 
 from sym2real.dataset import Logs
+from sym2real.diagnosis.data.segments import unseen_r2
 from sym2real.diagnosis.errors.by_window import WindowErrors, window_errors
-from sym2real.diagnosis.errors.unseen import unseen_r2
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects.kind import with_unit
 from sym2real.json_objects import fields_of

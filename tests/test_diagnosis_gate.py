@@ -182,6 +182,15 @@ def test_errors_far_from_what_noise_and_disturbances_make_beside_something_left_
         assert verdict(other, problems_of(800)) == "EFFECT"
 
 
+def test_what_removes_less_of_the_misfit_than_it_leaves_is_no_answer_beside_something_left() -> None:
+    """Of a rotor that fails in the middle of flights weaker torques remove two fifths."""
+    gate, left = Gate(stage("base", 3.0, 1.0), stage("+ torque_scale", 1.2, 1.0)), Leftover("time", "ty", 0.6, "")
+    for share, answer in ((0.42, "UNEXPLAINED"), (0.58, "EFFECT")):
+        parts = Parts((), (Finding("torque_scale", {}, share),), (replace(left, motion=0.5),), gate)
+        assert verdict(parts, problems_of(800)) == answer
+        assert verdict(replace(parts, leftovers=()), problems_of(800)) == "EFFECT"
+
+
 def test_a_threshold_that_leaves_its_command_something_to_explain_has_another_form() -> None:
     """Of another mass half of the time a limit of the thrust explains most, and no answer to the thrust."""
     found, gate = (Finding("limit:thrust", {}, 1.0),), Gate(stage("base", 3.0, 1.0), stage("+ limit:thrust", 2.0, 1.0))

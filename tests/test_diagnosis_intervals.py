@@ -24,7 +24,7 @@ from sym2real.diagnosis.estimate.simulator import flown_along
 from sym2real.diagnosis.predict.candidate import candidates, library_for
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
-from sym2real.diagnosis.search.intervals import averaged_ends
+from sym2real.diagnosis.search.intervals import averaged_ends, unresolved
 from sym2real.diagnosis.search.select import reported
 from sym2real.effects import effect
 from sym2real.effects.kind import NOT_NEGATIVE, Parameter
@@ -136,6 +136,25 @@ def test_a_lag_is_known_to_no_less_than_a_sixth_of_a_step_and_its_interval_holds
     found = tried.finding.parameters["value"]
     assert found.high - found.low >= 2 * MUSHR.dt / 6
     assert found.low <= 0.05 <= found.high
+
+
+def test_what_a_step_hides_of_a_late_turn_goes_by_way_or_speed(drives: Dataset) -> None:
+    library = Library.of(MUSHR.nominal(), [effect(key, MUSHR) for key in ("relaxation_length", "yaw_inertia", "wind")])
+    problem, speed = (
+        Problem(library, drives),
+        np.median(np.linalg.norm(np.hstack([_velocity(log) for log in drives]), axis=0)),
+    )
+    hidden = {
+        (slot.effect, slot.parameter.name): unresolved(problem, library.effects[slot.effect].of, slot.parameter)
+        for slot in library.slots
+    }
+    assert hidden.pop(("relaxation_length", "value")) == pytest.approx(MUSHR.dt / 6 * speed)
+    assert hidden.pop(("yaw_inertia", "value")) == pytest.approx(MUSHR.dt / 6 / speed)
+    assert {*hidden.values()} == {0.0}
+
+
+def _velocity(log: Trajectory) -> np.ndarray:
+    return np.stack([log.column("vx"), log.column("vy")])
 
 
 @pytest.mark.parametrize(("value", "unit", "text"), [(0.00512, "kg", "0.00512 kg"), (1.0, "1", "1"), (0.3, "", "0.3")])

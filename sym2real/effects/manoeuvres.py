@@ -91,13 +91,10 @@ def steady_speed(logs: Sequence[Trajectory]) -> bool:
 
 
 def typical_speed(logs: Iterable[Trajectory]) -> float:
-    """Median speed of robots that tell their velocity, m/s."""
-    speeds = [np.linalg.norm([log.column(name) for name in _velocities(log)], axis=0) for log in logs]
-    return float(np.median(np.concatenate(speeds)))
-
-
-def _velocities(log: Trajectory) -> list[str]:
-    return [name for name in VELOCITY.columns if name in log.layouts.state]
+    """Median speed in m/s; zero of robots that tell no velocity."""
+    velocities = [[log.column(name) for name in VELOCITY.columns if name in log.layouts.state] for log in logs]
+    speeds = [np.linalg.norm(columns, axis=0) for columns in velocities if columns]
+    return float(np.median(np.concatenate(speeds))) if speeds else 0.0
 
 
 def tyres_hold(logs: Sequence[Trajectory]) -> bool:

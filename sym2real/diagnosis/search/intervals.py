@@ -128,10 +128,10 @@ def _around(selection: Selection, candidate: Candidate, fit: Fit) -> Iterator[tu
         by_torque = SETTINGS.stiffness * effect.of.by_torque(effect.body)
         by_form = SETTINGS.interval_floor**2 + by_torque**2
         squares = (float(halves[place]) * slot.scale) ** 2 + by_form * reference**2
-        yield slot, value, (squares + _unresolved(problem, effect.of, slot) ** 2) ** 0.5
+        yield slot, value, (squares + unresolved(problem, effect.of, slot) ** 2) ** 0.5
 
 
-def _unresolved(problem: Problem, kind: Kind, slot: Parameter) -> float:
+def unresolved(problem: Problem, kind: Kind, slot: Parameter) -> float:
     """Half-width of what control steps hide of when a command acts; none of other effects."""
     hidden = (OF_UNEVEN if any(map(is_resampled, problem.data)) else WITHIN_A_STEP) * problem.data.dt
     if slot.unit == "s":

@@ -46,6 +46,6 @@ def instead(scored: Scored | None, searched: Callable[[Question], Searched], key
 def renamed(answer: Diagnosis, exclude: Collection[str]) -> Diagnosis:
     """An answer that was made without effects which others now stand for, beside those that a user excludes."""
     by_user = [entry.effect for entry in answer.not_tried if any(fnmatch(entry.effect, key) for key in exclude)]
-    asked = [entry for entry in answer.not_tried if entry.reason != EXCLUDED or entry.effect in by_user]
-    gone = [replace(entry, reason=INSTEAD) for entry in answer.not_tried if entry not in asked]
-    return replace(answer, not_tried=(*asked, *gone))
+    gone = [entry for entry in answer.not_tried if entry.reason == EXCLUDED and entry.effect not in by_user]
+    now = tuple(replace(entry, reason=INSTEAD) if entry in gone else entry for entry in answer.not_tried)
+    return replace(answer, not_tried=now)

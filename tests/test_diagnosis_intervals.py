@@ -145,8 +145,7 @@ def test_what_a_step_hides_of_a_late_turn_goes_by_way_or_speed(drives: Dataset) 
         np.median(np.linalg.norm(np.hstack([_velocity(log) for log in drives]), axis=0)),
     )
     hidden = {
-        (slot.effect, slot.parameter.name): unresolved(problem, library.effects[slot.effect].of, slot.parameter)
-        for slot in library.slots
+        (slot.effect, slot.parameter.name): unresolved(problem, index) for index, slot in enumerate(library.slots)
     }
     assert hidden.pop(("relaxation_length", "value")) == pytest.approx(MUSHR.dt / 6 * speed)
     assert hidden.pop(("yaw_inertia", "value")) == pytest.approx(MUSHR.dt / 6 / speed)

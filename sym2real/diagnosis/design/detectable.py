@@ -37,6 +37,7 @@ from sym2real.diagnosis.predict.candidate import Candidate, candidates, library_
 from sym2real.diagnosis.predict.competitors import values_for
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
+from sym2real.diagnosis.search.intervals import unresolved
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects.along_logs import with_filtered_commands
 from sym2real.effects.catalogue import always_alike
@@ -154,6 +155,8 @@ def _smooth(
         least = np.repeat(gains, [len(candidate.free) for candidate in smooth])
         sizes *= torch.as_tensor(least).div(SETTINGS.gain_beside).sqrt()
         sizes = torch.maximum(sizes, torch.cat([sizes_beyond_chance(problems, part, tested) for part in own]))
+    hidden = torch.tensor([unresolved(problems.problem, slot) for slot in free], dtype=torch.float64)
+    sizes = torch.maximum(sizes, hidden / library.scale[list(free)])
     mattering = sizes.new_full(sizes.shape, inf) if predictions is None else predictions.of_parameters(free)
     rows = list[Visible]()
     for candidate in smooth:

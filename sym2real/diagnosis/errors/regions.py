@@ -28,9 +28,8 @@ from sym2real.trajectory import Array
 from sym2real.vocabulary import HEIGHT, JOINT_ANGLE
 
 MOST = 3
-DEPTH, LEAF = 2, 0.05  # of a tree; smallest piece as a part of the windows
-FEWEST_IN_LEAF = 8
-FOLDS = 5
+# Of a tree; smallest piece as a part of the windows, and in windows; folds of its cross-validation.
+DEPTH, LEAF, FEWEST_IN_LEAF, FOLDS = 2, 0.05, 8, 5
 IN_WORDS = {HEIGHT: "vertical position", "xy": "horizontal position"}
 
 

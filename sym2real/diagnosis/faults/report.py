@@ -83,12 +83,11 @@ def data_report(data: Logs, model: Equations | None = None) -> DataReport:
     checked = check(model, Dataset(logs))
     dt = float(np.median(steps))
     gaps = steps[steps > SETTINGS.gap * dt]
-    regular = steps[steps <= SETTINGS.gap * dt]
     return DataReport(
         logs=len(logs),
         rows=sum(len(trajectory) for trajectory in logs),
         dt=dt,
-        jitter=float(regular.std() / dt),
+        jitter=float(steps[steps <= SETTINGS.gap * dt].std() / dt),
         gaps=len(gaps),
         longest_gap=float(gaps.max()) if len(gaps) else 0.0,
         commands=excitation(logs),

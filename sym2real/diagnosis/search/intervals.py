@@ -18,7 +18,7 @@ from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.search.near import Near
 from sym2real.diagnosis.search.select import Selection, reported
 from sym2real.diagnosis.settings import SETTINGS
-from sym2real.effects.kind import Kind, Parameter, with_unit
+from sym2real.effects.kind import Parameter, with_unit
 from sym2real.effects.manoeuvres import typical_speed
 from sym2real.effects.tyres import STANDING
 from sym2real.logs.resample import is_resampled
@@ -128,16 +128,16 @@ def _around(selection: Selection, candidate: Candidate, fit: Fit) -> Iterator[tu
         by_torque = SETTINGS.stiffness * effect.of.by_torque(effect.body)
         by_form = SETTINGS.interval_floor**2 + by_torque**2
         squares = (float(halves[place]) * slot.scale) ** 2 + by_form * reference**2
-        yield slot, value, (squares + unresolved(problem, effect.of, slot) ** 2) ** 0.5
+        yield slot, value, (squares + unresolved(problem, index) ** 2) ** 0.5
 
 
-def unresolved(problem: Problem, kind: Kind, slot: Parameter) -> float:
-    """Half-width of what control steps hide of when a command acts; none of other effects."""
+def unresolved(problem: Problem, index: int) -> float:
+    """Half-width of what control steps hide, in a slot, of when a command acts; none of other effects."""
+    slot = problem.library.slots[index]
+    kind, unit, speed = problem.library.effects[slot.effect].of, slot.parameter.unit, typical_speed(problem.data)
     hidden = (OF_UNEVEN if any(map(is_resampled, problem.data)) else WITHIN_A_STEP) * problem.data.dt
-    if slot.unit == "s":
-        return hidden * (kind.lagging or kind.columns == "action")
-    speed = typical_speed(problem.data) if kind.lagging else 0.0  # of a time by a way, or by the speed
-    return {"m": hidden * speed, "s²/m": hidden / max(speed, STANDING)}.get(slot.unit, 0.0) * kind.lagging
+    by_unit = {"s": hidden, "m": hidden * speed, "s²/m": hidden / max(speed, STANDING)}  # of ways, or by the speed
+    return by_unit.get(unit, 0.0) if kind.lagging or (kind.columns == "action" and unit == "s") else 0.0
 
 
 def attenuated(selection: Selection, candidate: Candidate, fit: Fit) -> bool:

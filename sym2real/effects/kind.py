@@ -134,7 +134,7 @@ class Kind:
         reads: inputs that it goes by where the equations have them.
         scales: name of the robot's number that its only value multiplies; "" for none.
         distinguished_by: how to tell it from what equals it on every flight, for a sentence; "" where nothing does.
-        nuisance: factors on its first value between which no healthy robot's is known: it is free in every fit.
+        nuisance: factors on its values between which no healthy robot's are known: they are free in every fit.
         of_joints: name of the kind that a robot of joints has in its place; "" for none.
     """
 

@@ -231,6 +231,6 @@ class Problems:
 
 def nuisance_of(library: Library, origin: Tensor) -> Nuisance:
     """The nuisance of a library around what is known of its base ``# (P,)``."""
-    known = [(slot, effect.of.nuisance) for key, effect in library.effects.items() for slot in library.indices(key)[:1]]
+    known = [(slot, effect.of.nuisance) for key, effect in library.effects.items() for slot in library.indices(key)]
     bounds = [(slot, float(origin[slot]), factors) for slot, factors in known if factors is not None]
     return {slot: (low * here, high * here) for slot, here, (low, high) in bounds}

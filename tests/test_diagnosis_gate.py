@@ -176,7 +176,7 @@ def test_errors_far_from_what_noise_and_disturbances_make_beside_something_left_
     found, left = (Finding("rate_damping", {}, 1.0),), (Leftover("time", "ty", 0.8, "", motion=0.5),)
     far = Parts((), found, left, Gate(*ladder), ladder, (Floor(0.8, level),))
     assert verdict(far, problems_of(800)) == "UNEXPLAINED"
-    assert "errors stay more than 3 times what noise and disturbances make" in summary("UNEXPLAINED", far)
+    assert "errors more than 3 times what noise and disturbances make" in summary("UNEXPLAINED", far)
     near = (Floor(0.8, {**level, "position": (0.9, "m")}),)
     for other in (replace(far, leftovers=()), replace(far, floor=near)):
         assert verdict(other, problems_of(800)) == "EFFECT"

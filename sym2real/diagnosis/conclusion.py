@@ -178,7 +178,7 @@ def _not_borne_out(findings: Sequence[Finding], gate: Gate) -> str:
     if gate.best is None or not gate.beats_hold:
         return "no prediction of these logs is good enough to decide"
     if gate.fallen:
-        return f"errors stay more than {SETTINGS.far:g} times what noise and disturbances make, or most of it stays"
+        return f"most of the misfit stays, or errors more than {SETTINGS.far:g} times what noise and disturbances make"
     return f"no held-out error surely falls by {100 * SETTINGS.worth_saying:.0f} %: that {gate.best.text}"
 
 

@@ -197,8 +197,7 @@ def _carry(spec: Any, body: Body, values: Numbers) -> None:
     own = values["inertia"] - mass * ahead**2
     if not own >= 0:
         raise ModelError(f"expected a mass, and an inertia of at least moment²/mass, to simulate, found {dict(values)}")
-    load = truth.free_body(spec).add_body(pos=[ahead, 0.0, 0.0])
-    load.explicitinertial, load.mass, load.inertia = True, mass, [0.5 * own, 0.5 * own, own]
+    truth.weld(truth.free_body(spec), [ahead, 0.0, 0.0], mass, [0.5 * own, 0.5 * own, own])
 
 
 CARRIED_MASS = _of_wheels(

@@ -277,9 +277,9 @@ def _load_parameters(body: Body) -> tuple[Parameter, ...]:
 def _hang(spec: Any, body: Body, values: Numbers) -> None:
     """A body of that mass, fixed where the site is."""
     site, mass = spec.site(body.column), values["value"]
-    inertial = {"mass": mass, "ipos": [0.0] * 3, "inertia": [POINT * mass] * 3, "explicitinertial": True}
     between = np.reshape(site.fromto, (2, 3)).mean(0)  # NaN for a site that is given by its place
-    hanging = site.parent.add_body(pos=site.pos if np.isnan(between).any() else between, **inertial)
+    place = site.pos if np.isnan(between).any() else between
+    hanging = truth.weld(site.parent, place, mass, [POINT * mass] * 3)
     if site.frame is not None:
         hanging.set_frame(site.frame)
 

@@ -106,12 +106,9 @@ def _parts(values: Values, body: Body) -> tuple[tuple[Kind, Values], ...]:
 
 def _hang(spec: Any, body: Body, values: Numbers) -> None:
     """A ball welded to the robot: MuJoCo finds mass, centre and inertia itself."""
-    if not values["mass"]:
-        return
-    load = truth.free_body(spec).add_body(pos=[values[name] for name in ("rx", "ry", "rz")])
-    load.explicitinertial, load.ipos = True, [0.0, 0.0, 0.0]
-    load.mass = values["mass"]
-    load.inertia = [0.4 * values["mass"] * RADIUS**2] * 3
+    if mass := values["mass"]:
+        place = [values[name] for name in ("rx", "ry", "rz")]
+        truth.weld(truth.free_body(spec), place, mass, [0.4 * mass * RADIUS**2] * 3)
 
 
 PAYLOAD = _of_rotorcraft(

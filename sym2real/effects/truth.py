@@ -5,7 +5,7 @@ is a quadrotor's thrust along body z, and the next three its rate loop. ``MjSpec
 edited before compilation.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -102,6 +102,11 @@ def with_force(force: Callable[[Any, Body, Numbers], None]) -> Inject:
 def measuring(report: Callable[[Array, Body, Numbers], Array]) -> Inject:
     """A truth that reports another state ``# (state,)`` than there is, and needs no memory."""
     return lambda body, values: Change("", measure=lambda: lambda state: report(state.copy(), body, values))
+
+
+def weld(parent: Any, place: Sequence[float] | Array, mass: float, inertia: Sequence[float]) -> Any:
+    """A body of that mass (kg) and inertia (kg m²) about its own middle, fixed to another at a place (m)."""
+    return parent.add_body(pos=place, mass=mass, ipos=[0.0] * 3, inertia=inertia, explicitinertial=True)
 
 
 def set_inertial(spec: Any, extra_mass: float = 0.0, offset: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> None:

@@ -38,7 +38,7 @@ Dynamics, ch. 1 and 7)::
 
 In a turn the side force is m u² tan(δ)/L, so that at a speed it is the turn that follows: δ' in the place of δ. It is a
 lag whose time goes by the speed. δ' is a hidden state that starts at the first command; the equations turn by its mean
-over the step, exact for the speed of the step's start.
+over the step, exact for the speed of the step's start, and a gyro shows its end, as of a lag (``steering.py``).
 
 ``yaw_inertia``. Tyres must first turn the car: the yaw rate follows the steering with a time that grows with the speed.
 
@@ -235,15 +235,16 @@ def _late_turn(equations: Equations, turn: str, periods: Expr, values: Values) -
 
     A gyro shows the lag's end, but for a servo behind it (``steering.py``).
     """
-    steer, memory, following = symbol("steer"), symbol(_memory(turn)), dict(equations.next)
+    steer, memory, before = symbol("steer"), symbol(_memory(turn)), equations
     kept, away = exp(-1 / periods), memory - steer
     end, mean = steer + away * kept, steer + away * periods * (1 - kept)
-    shown = {YAW_RATE: over_columns(equations, following[YAW_RATE])} if SHARE in values else {}
     equations = defined(equations, {turn: Integer(0)}).substitute({"steer": symbol(turn)})
     equations = with_hidden(equations, _memory(turn), "rad", end, start=steer)
     equations = defined(equations, {turn: mean})
-    ended = {name: exchange({steer: end + values[SHARE] * (mean - end)})(row) for name, row in shown.items()}
-    return replace(equations, next={**equations.next, **ended})
+    if SHARE not in values:
+        return equations
+    shown = exchange({steer: end + values[SHARE] * (mean - end)})(over_columns(before, before.next[YAW_RATE]))
+    return replace(equations, next={**equations.next, YAW_RATE: shown})
 
 
 def _speed(body: Body) -> Expr:

@@ -7,7 +7,6 @@ thousand residuals are few dozen, so that fitting all of them takes less than a 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import inf
 
 import numpy as np
 import torch
@@ -61,7 +60,7 @@ def _with_a_start(problems: Problems, competing: Sequence[Candidate], values: Te
     """The parameter set with the one candidate that saves most by itself, if any saves much."""
     trials = [(candidate, candidate.started(values, level)) for candidate in competing for level in candidate.starts]
     without, *losses = problems.totals([values, *(started for _, started in trials)]).tolist()
-    if min(losses, default=inf) > (1 - SETTINGS.another_effect) * without:
+    if not trials or min(losses) > (1 - SETTINGS.another_effect) * without:
         return values, []
     candidate, started = trials[losses.index(min(losses))]
     return started, [candidate]

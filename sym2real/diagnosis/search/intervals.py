@@ -27,6 +27,7 @@ from sym2real.logs.resample import is_resampled
 # position by a third of its change, its mean by a half: a sixth of a step by which a lag or a delay is unsure. Of a
 # log that was resampled commands changed within steps: what goes by a step's last goes by its mean, half a step away.
 WITHIN_A_STEP, OF_UNEVEN = 1 / 6, 1 / 2
+OF_SPEED = {"s": 0, "m": 1, "s²/m": -1}  # by the unit of a lag, the power of the speed by which a time becomes it
 # Standard deviations of a 95 % interval.
 TWO_SIDED = 1.96
 
@@ -134,10 +135,11 @@ def _around(selection: Selection, candidate: Candidate, fit: Fit) -> Iterator[tu
 def unresolved(problem: Problem, index: int) -> float:
     """Half-width of what control steps hide, in a slot, of when a command acts; none of other effects."""
     slot = problem.library.slots[index]
-    kind, unit, speed = problem.library.effects[slot.effect].of, slot.parameter.unit, typical_speed(problem.data)
+    kind, power = problem.library.effects[slot.effect].of, OF_SPEED.get(slot.parameter.unit)
+    if power is None or not (kind.lagging or (kind.columns == "action" and power == 0)):
+        return 0.0
     hidden = (OF_UNEVEN if any(map(is_resampled, problem.data)) else WITHIN_A_STEP) * problem.data.dt
-    by_unit = {"s": hidden, "m": hidden * speed, "s²/m": hidden / max(speed, STANDING)}  # of ways, or by the speed
-    return by_unit.get(unit, 0.0) if kind.lagging or (kind.columns == "action" and unit == "s") else 0.0
+    return hidden * (max(typical_speed(problem.data), STANDING) ** power if power else 1.0)
 
 
 def attenuated(selection: Selection, candidate: Candidate, fit: Fit) -> bool:

@@ -1,4 +1,4 @@
-"""An attitude loop that is slower or faster than nominal, or trimmed, against flights that are integrated every ms."""
+"""Attitude loops that are slow, fast, trimmed or lean too little, against flights integrated every millisecond."""
 
 from __future__ import annotations
 
@@ -19,21 +19,32 @@ LEVEL = Rotation.identity()
 BASE = quadrotor(MASS, interface="thrust_attitude", attitude_time_constant=NOMINAL)
 
 
-def flown(time: float, seed: int, rows: int = 400, *, trim: Rotation = LEVEL, board: Rotation = LEVEL) -> Trajectory:
+def flown(
+    time: float,
+    seed: int,
+    rows: int = 400,
+    *,
+    trim: Rotation = LEVEL,
+    board: Rotation = LEVEL,
+    lean: tuple[float, float] = (1.0, 1.0),
+) -> Trajectory:
     """Thrust and attitudes drawn anew every second; the angle to what is told falls by 1/τ.
 
     Args:
         trim: from the attitude that is told to the one that is held.
         board: from the robot's attitude to that of the sensor, which the loop sees and the log holds.
+        lean: parts of the commanded roll and pitch, as Euler angles after a heading, that are held.
     """
     rng, every = np.random.default_rng(seed), round(BASE.dt / FINE)
     place, velocity, attitude = np.array([0.0, 0.0, 2.0]), np.zeros(3), Rotation.identity()
     states, told = [], list[Array]()
     for row in range(rows):
         if row % 50 == 0:
-            wanted = Rotation.from_euler("ZYX", rng.uniform(-1.0, 1.0, 3) * (0.2, 0.15, 0.15))
+            angles = rng.uniform(-1.0, 1.0, 3) * (0.2, 0.15, 0.15)
+            wanted = Rotation.from_euler("ZYX", angles)
+            leaning = Rotation.from_euler("ZYX", angles * (1.0, lean[1], lean[0]))
             thrust = MASS * GRAVITY * rng.uniform(0.9, 1.15)
-        held = wanted * trim * board.inv()
+        held = leaning * trim * board.inv()
         states.append([*place, *np.roll((attitude * board).as_quat(), 1), *velocity])
         told.append(np.array([thrust, *np.roll(wanted.as_quat(), 1)]))
         for _ in range(every):
@@ -84,6 +95,33 @@ def test_another_trim_is_named_and_no_tilted_board() -> None:
 
 
 @pytest.mark.slow
+def test_a_smaller_lean_is_named_with_both_factors() -> None:
+    """Roll and pitch are angles of Euler here: the swing that the effect scales is another one in the second order."""
+    found = diagnose(BASE, [flown(NOMINAL, seed, lean=(0.85, 1.0)) for seed in range(4)])
+    (finding,) = found.findings
+    assert finding.effect == "attitude_gain", found.summary
+    for name, factor in (("roll", 0.85), ("pitch", 1.0)):
+        value = finding.parameters[name]
+        assert value.low <= factor <= value.high
+
+
+@pytest.mark.parametrize("heading", [0.0, 0.7, -2.5])
+def test_the_lean_is_scaled_about_its_own_axis_whatever_the_heading(heading: float) -> None:
+    """With equal factors the sine of half the lean is k times as large, about the same axis, after the same heading."""
+    wanted = Rotation.from_euler("Z", heading) * Rotation.from_rotvec([0.2, -0.3, 0.0])
+    half = np.arcsin(0.8 * np.sin(np.hypot(0.2, 0.3) / 2))
+    held = Rotation.from_euler("Z", heading) * Rotation.from_rotvec(2 * half * np.array([0.2, -0.3, 0.0]) / 0.36056)
+    state = torch.as_tensor(flown(NOMINAL, 1, 2).state[:1])
+    given, commanded = (
+        torch.as_tensor([[MASS * GRAVITY, *np.roll(attitude.as_quat(), 1)]]) for attitude in (wanted, held)
+    )
+    leaning = compile_model(add(BASE, "attitude_gain", {"roll": 0.8, "pitch": 0.8}), dtype=torch.float64)
+    torch.testing.assert_close(
+        leaning(state, given), compile_model(BASE, dtype=torch.float64)(state, commanded), rtol=0.0, atol=1e-6
+    )
+
+
+@pytest.mark.slow
 def test_a_tilted_board_is_no_trim() -> None:
     """What the sensor says is what was told; thrust acts beside it."""
     board = Rotation.from_euler("XY", [0.034, -0.02])
@@ -103,5 +141,6 @@ def test_who_is_told_no_attitude_has_none() -> None:
             add(model, "attitude_loop", {"value": 2.0})
     with pytest.raises(ModelError, match="no simulated robot"):
         effect("attitude_loop", BASE).inject(value=2.0)
-    with pytest.raises(ModelError, match="no simulated robot"):
-        effect("attitude_trim", BASE).inject(roll=0.02)
+    for name in ("attitude_trim", "attitude_gain"):
+        with pytest.raises(ModelError, match="no simulated robot"):
+            effect(name, BASE).inject(roll=0.02)

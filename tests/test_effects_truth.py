@@ -75,6 +75,7 @@ def test_every_effect_is_held_against_the_simulator() -> None:
     assert {key.partition(":")[0] for key in keys} == set(EFFECTS) - of_joints - {
         "attitude_loop",
         "attitude_trim",
+        "attitude_gain",
         "speed_loop",
         "parameter",
         "turning_friction",

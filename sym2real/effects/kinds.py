@@ -7,7 +7,7 @@ from sym2real.registry import Registry
 FILES = {
     "commands": ("gain", "offset", "limit"),
     "actuators": ("rate_limit", "delay", "lag", "dead_band", "dead_zone"),
-    "attitude_trim": ("attitude_trim",),
+    "attitude_commands": ("attitude_trim", "attitude_gain"),
     "curves": ("steering_curve", "speed_curve"),
     "thrusts": (
         *("added_mass", "payload", "thrust_curve", "battery_sag"),

@@ -35,6 +35,15 @@ def test_answers_that_begin_with_one_effect_or_its_group_are_the_same() -> None:
     assert not answers.same_first(answer(), answer(("delay", 0.1)))
 
 
+def test_a_delay_of_all_commands_is_part_of_each_command_s_own() -> None:
+    truth = {"delay": {"value": 0.15}, "delay:steer": {"value": 0.04}, "wind": {"fx": 1.0}}
+    apart = answer(("delay:steer", 0.19), ("delay:speed", 0.15), truth=truth)
+    own = {"delay:steer": {"value": 0.19}, "delay:speed": {"value": 0.15}, "wind": {"fx": 1.0}}
+    assert answers.in_form_of_the_answer(apart)["truth"] == own
+    for found in (("delay", 0.15), ("delay:steer", 0.04)), (("wind", 1.0),):
+        assert answers.in_form_of_the_answer(answer(*found, truth=truth))["truth"] == truth
+
+
 def test_a_group_that_an_answer_reports_of_itself_makes_it_no_more_right() -> None:
     wide = answer(("offset:speed", 0.1))
     wide["findings"][0]["group"] += ["dead_band:steer", "delay"]

@@ -60,6 +60,17 @@ def sentences(answer: Record) -> list[str]:
     return [*faults, *remedies, *answer["notes"], *([answer["error"]] if "error" in answer else [])]
 
 
+def in_form_of_the_answer(record: Record) -> Record:
+    """The truth with a delay of all commands as part of each command's own, where the answer has none of all."""
+    truth, found = record["truth"], [finding["effect"] for finding in record["findings"]]
+    own = [key for key in found if key.startswith("delay:")]
+    if "delay" not in truth or "delay" in found or not own:
+        return record
+    of_all = truth["delay"]["value"]
+    parts = {key: {"value": of_all + truth.get(key, {"value": 0.0})["value"]} for key in own}
+    return {**record, "truth": {key: value for key, value in truth.items() if key != "delay"} | parts}
+
+
 def names(answer: Record) -> list[str]:
     """Effects found, the most important first."""
     return [finding["effect"] for finding in answer["findings"]]

@@ -70,6 +70,7 @@ class Parameter:
         per_log: true where every log has a value of its own (a phase).
         fitted: false where the motion hardly shows it, so that a fit had better leave it alone.
         domain: values that there can be, where ``low`` and ``high`` are what is likely.
+        acts_alone: whether it does something while the effect's others are null.
     """
 
     name: str
@@ -81,6 +82,7 @@ class Parameter:
     per_log: bool = False
     fitted: bool = True
     domain: Domain = ANYTHING
+    acts_alone: bool = True
 
 
 def of_any_body(*parameters: Parameter) -> Callable[[Body], tuple[Parameter, ...]]:

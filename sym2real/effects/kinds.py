@@ -15,6 +15,7 @@ FILES = {
     ),
     "motors": ("torque_bias", "torque_scale", "motor_lag"),
     "loops": ("rate_loop_gain", "attitude_loop", "speed_loop", "rate_damping"),
+    "inertia": ("inertia_axes",),
     "blades": ("flapping_moment", "translational_lift", "rotor_reaction"),
     "tyres": ("tyre_friction", "tyre_slip", "relaxation_length", "yaw_inertia", "understeer", "lateral_slip"),
     "driving": (

@@ -51,7 +51,7 @@ def _shown(body: Body) -> bool:
 
 def seen(body: Body) -> tuple[Parameter, ...]:
     """How much of the yaw rate's step goes by the mean as well."""
-    share = Parameter(SHARE, "1", null=0.0, low=0.0, high=1.0, scale=0.5, domain=Domain(0.0, 1.0))
+    share = Parameter(SHARE, "1", null=0.0, low=0.0, high=1.0, scale=0.5, domain=Domain(0.0, 1.0), acts_alone=False)
     return (share,) if _shown(body) else ()
 
 

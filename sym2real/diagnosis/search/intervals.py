@@ -15,6 +15,7 @@ from sym2real.diagnosis.estimate.quadratic import Fit
 from sym2real.diagnosis.estimate.significance import half_widths
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.predict.sensitivity import Problem
+from sym2real.diagnosis.search.effect_set import EffectSet
 from sym2real.diagnosis.search.near import Near
 from sym2real.diagnosis.search.select import Selection, reported
 from sym2real.diagnosis.settings import SETTINGS
@@ -106,10 +107,24 @@ def none_within(near: Near, candidate: Candidate) -> bool:
     may as well be true; with few blocks nobody can say.
     """
     selection, (sets, weights) = near.selection, near.sets_with(candidate)
-    likely = (effects.fit for effects, weight in zip(sets, weights, strict=True) if weight > SETTINGS.level)
-    around = (_around(selection, candidate, fit) for fit in likely)
-    none = any(all(abs(value - own.null) < half for own, value, half in parameters) for parameters in around)
+    likely = (effects for effects, weight in zip(sets, weights, strict=True) if weight > SETTINGS.level)
+    none = any(_none_in(selection, candidate, effects) for effects in likely)
     return none and selection.problems.block_count >= SETTINGS.fewest_pieces
+
+
+def _none_in(selection: Selection, candidate: Candidate, effects: EffectSet) -> bool:
+    """The same in one set. Two that do nearly the same, as lags in a row do, are unsure together: there a fit tells."""
+    around = zip(candidate.free, _around(selection, candidate, effects.fit), strict=True)
+    acting = [(index, own, abs(value - own.null), half) for index, (own, value, half) in around if own.acts_alone]
+    if any(away >= half for _, _, away, half in acting):
+        return False
+    problem, alone = selection.problems.problem, effects.fit.curvature.sum(0).diagonal().rsqrt()
+    hidden = [
+        max(unresolved(problem, index), TWO_SIDED * own.scale * float(alone[effects.fit.places((index,))]))
+        for index, own, *_ in acting
+    ]
+    together = any(away >= least for (_, _, away, _), least in zip(acting, hidden, strict=True))
+    return not (together and selection.surely_cheaper(effects, selection.without(effects, candidate)))
 
 
 def _parameter(selection: Selection, index: int) -> Parameter:

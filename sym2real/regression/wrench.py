@@ -43,14 +43,7 @@ def wrench_stage(
     wrenched = rows_with_wrench(transitions, variables)
     if wrenched.sum() < FEWEST_ROWS:
         return None
-    return Stage(
-        transitions.where(wrenched),
-        variables,
-        _candidates(variables),
-        search=search,
-        loss=loss,
-        seed=seed,
-    )
+    return Stage(transitions.where(wrenched), variables, _candidates(variables), search=search, loss=loss, seed=seed)
 
 
 def with_wrench(

@@ -28,15 +28,7 @@ from sym2real.robots.driven import braking
 from sym2real.robots.joint_forces import Forces
 from sym2real.robots.joint_tree import Link, as_expression, links_of
 from sym2real.robots.runge_kutta import Build, fastest, parts_of, stepped
-from sym2real.robots.spatial import (
-    Inertia,
-    Motion,
-    Transform,
-    Values,
-    along,
-    force_cross,
-    motion_cross,
-)
+from sym2real.robots.spatial import Inertia, Motion, Transform, Values, along, force_cross, motion_cross
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.expressions import names_in
 from sym2real.vocabulary import GRAVITY_COMPONENTS, armature_quantity, link_mass_quantity, load_quantity, rate_column

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from sym2real.layout import Layout, Layouts
+from sym2real.layout import Layouts
 from sym2real.symbolic.equations import Equations
 from sym2real.symbolic.expressions import text
 from sym2real.vocabulary import is_push
@@ -52,8 +52,7 @@ def outside_notes(equations: Equations) -> tuple[str, ...]:
 
 def columns_of(layouts: Layouts) -> dict[str, list[dict[str, str]]]:
     """Columns with units of state, action and inputs."""
-    return {group: _columns(layout) for group, layout in layouts.groups.items()}
-
-
-def _columns(layout: Layout) -> list[dict[str, str]]:
-    return [{"column": column, "unit": layout.units[column]} for column in layout]
+    return {
+        group: [{"column": column, "unit": unit} for column, unit in layout.units.items()]
+        for group, layout in layouts.groups.items()
+    }

@@ -47,6 +47,33 @@ def yaw_of(qpos: Array, first: int = 3) -> Array:
     return np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 
 
+@dataclass(frozen=True, eq=False)
+class Coordinates:
+    """States in MuJoCo's coordinates, and back.
+
+    Args:
+        places: of every state column in qpos and qvel, one after the other ``# (state,)``.
+        standing: qpos and qvel of what the state does not say ``# (nq + nv,)``.
+        positions: length of qpos.
+    """
+
+    places: list[int]
+    standing: Array
+    positions: int
+
+    def to_state(self, qpos: Array, qvel: Array) -> Array:
+        """States ``# (..., state)``."""
+        velocities = len(self.standing) - self.positions
+        whole = np.concatenate([qpos[..., : self.positions], qvel[..., :velocities]], axis=-1)
+        return whole[..., self.places]
+
+    def to_coordinates(self, state: Array) -> tuple[Array, Array]:
+        """qpos ``# (nq,)`` and qvel ``# (nv,)``."""
+        whole = self.standing.copy()
+        whole[self.places] = state
+        return whole[: self.positions], whole[self.positions :]
+
+
 def unchanged(actions: Array) -> Array:
     """Actuator controls that are the actions themselves ``# (..., action)``."""
     return actions

@@ -122,7 +122,7 @@ class Wheels:
         numbers |= {TURNING_INERTIA: float(self.inertia(model, data)[1, 1]), DRILLING: drilling(model, data)}
         for actuator, column in actions.items():
             index = model.actuator(actuator).id
-            joint = model.joint(int(model.actuator_trnid[index, 0])).name
+            joint = columns.driven_joint(model, index)
             if columns.command_kind(model, index) == "velocity" and joint in ways:
                 ahead, turn = model.actuator_gear[index, 0] * ways[joint]
                 numbers |= {rate_per_speed(column): float(ahead), rate_per_turn(column): float(turn)}

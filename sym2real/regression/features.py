@@ -81,10 +81,6 @@ class Variables:
         plain, angles, wrench = ([known[name] for name in names] for names in (self.columns, self.angles, self.wrench))
         return np.stack([*plain, *map(np.sin, angles), *map(np.cos, angles), *wrench], axis=1)
 
-    def wrench_of(self, transitions: Transitions) -> Array:
-        """Values of the wrench columns ``# (rows, wrench)``."""
-        return transitions.inputs[:, transitions.layouts.inputs.indices(self.wrench)]
-
     def products(self, degree: int) -> Monomials:
         """Every product of at most so many variables that are no wrench."""
         plain = Monomials.to_degree(self.plain, degree).powers

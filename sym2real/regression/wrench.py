@@ -30,7 +30,8 @@ def rows_with_wrench(transitions: Transitions, variables: Variables) -> NDArray[
     Raises:
         ModelError: when fewer than 20 rows are without wrench.
     """
-    wrenched: NDArray[np.bool_] = (variables.wrench_of(transitions) != 0).any(axis=1)
+    pushes = transitions.layouts.inputs.indices(variables.wrench)
+    wrenched: NDArray[np.bool_] = (transitions.inputs[:, pushes] != 0).any(axis=1)
     if (~wrenched).sum() < FEWEST_ROWS:
         raise ModelError(f"expected at least {FEWEST_ROWS} transitions without wrench, found {(~wrenched).sum()}")
     return wrenched

@@ -21,7 +21,7 @@ from sym2real.effects.searching import ALONE
 from sym2real.layout import Layout, Layouts
 from sym2real.logs import write_log
 from sym2real.regression import ENGINES
-from sym2real.report.not_tested import lines_by_reason
+from sym2real.report.diagnosis import lines_by_reason
 from sym2real.robots import CRAZYFLIE, MUSHR, Motors, quadrotor
 from sym2real.symbolic import Equations, load_model
 from sym2real.trajectory import Trajectory

@@ -12,6 +12,7 @@ import numpy as np
 import torch
 
 from sym2real import rotation
+from sym2real.logs import derive
 from sym2real.logs.course import courses, headings, together
 from sym2real.logs.pose import attitude, turned
 from sym2real.logs.reading import CLEAR
@@ -101,7 +102,7 @@ def lateral_motion(log: Trajectory, turn: Callable[[torch.Tensor], torch.Tensor]
     Args:
         turn: what is made of the attitude first.
     """
-    axis = rotation.rotate(turn(attitude(log)), torch.tensor([0.0, 0.0, 1.0], dtype=torch.float64)).numpy()
+    axis = derive.up(turn(attitude(log)).numpy())
     accelerations = [_acceleration(log.column(name), log.dt) for name in POSITION.columns[:2]]
     return np.stack(accelerations, axis=1), axis[1:-1, :2]
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from sym2real.layout import Layouts
 from sym2real.logs.name_words import words_and_unit
 from sym2real.logs.names import Named, read_name
-from sym2real.logs.parts import STANDARD_COLUMNS, UPRIGHT
+from sym2real.logs.parts import HEADINGS, STANDARD_COLUMNS, UPRIGHT
 from sym2real.vocabulary import ACCELERATION_COLUMN, EULER_ANGLES
 
 PREFIX = {"position": "", "velocity": "v", "rate": "w", "force": "f", "torque": "t"}
@@ -29,8 +29,6 @@ LETTERS = {
     ("u", "v", "w"): ("vx", "vy", "vz"), ("p", "q", "r"): ("wx", "wy", "wz"), ROTATION: EULER_ANGLES,
 }  # fmt: skip
 LEVEL = dict.fromkeys((("east", "north"), ("easting", "northing"), ("e", "n")), XYZ[:2])
-# A heading as this package writes it, the measured one and where it should be.
-HEADINGS = (("sin_yaw", "cos_yaw"), ("ref_sin_yaw", "ref_cos_yaw"))
 
 
 @dataclass

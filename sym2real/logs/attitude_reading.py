@@ -17,11 +17,6 @@ TURNING = 0.02  # rad/s, of a body rate
 FACING = 0.3  # what the first component's size counts beside the vertical: robots often start facing along x
 
 
-def up(quaternion: Array) -> Array:
-    """Body z axis in the world ``# (rows, 3)``."""
-    return derive.to_world(quaternion, np.broadcast_to([0.0, 0.0, 1.0], (len(quaternion), 3)).copy())
-
-
 def read_attitude(draft: Draft, attitude: Attitude) -> Array:
     """An attitude w x y z ``# (rows, 4)``, signs and frames as recorded."""
     read = quaternions(draft.raw(*attitude.sources), attitude)
@@ -30,7 +25,7 @@ def read_attitude(draft: Draft, attitude: Attitude) -> Array:
 
 def uprightness(draft: Draft, attitude: Attitude) -> float:
     """Mean of the body z axis's vertical part: robots stand or fly upright most of the time."""
-    return float(up(read_attitude(draft, attitude))[:, 2].mean())
+    return float(derive.up(read_attitude(draft, attitude))[:, 2].mean())
 
 
 def usual_reading(draft: Draft, parts: dict[str, str]) -> Attitude:
@@ -58,7 +53,7 @@ def tilt_agreement(draft: Draft) -> dict[str, float]:
         return {}
     back = np.exp(-1j * derive.heading(draft.world))
     expected, measured = (
-        back * (part[:, 0] + 1j * part[:, 1]) for part in (GRAVITY * up(draft.world), draft.acceleration)
+        back * (part[:, 0] + 1j * part[:, 1]) for part in (GRAVITY * derive.up(draft.world), draft.acceleration)
     )
     pairs = {"pitch": (expected.real, measured.real), "roll": (expected.imag, measured.imag)}
     tilts = {angle: pair for angle, pair in pairs.items() if draft.rows.spread(pair[0]) > GRAVITY * TILTING}

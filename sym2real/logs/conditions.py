@@ -11,7 +11,9 @@ from scipy.ndimage import uniform_filter1d
 
 from sym2real import rotation
 from sym2real.layout import Layout
-from sym2real.logs.pose import attitude
+from sym2real.logs import derive
+from sym2real.logs.pose import attitude, attitudes
+from sym2real.logs.standard import INVERSE
 from sym2real.trajectory import Array, Trajectory
 from sym2real.vocabulary import (
     ATTITUDE,
@@ -103,18 +105,16 @@ def signed_features(trajectory: Trajectory) -> dict[str, Array]:
         sine, cosine = (trajectory.column(name) for name in HEADING.columns)
         values["forward speed"] = velocity[:, 0] * cosine + velocity[:, 1] * sine
     if len(along) == 3 and layout.has_field("attitude"):
-        attitude = torch.as_tensor(trajectory.state[:, layout.slice("attitude")])
-        body = rotation.rotate(rotation.conjugate(attitude), torch.as_tensor(velocity)).numpy()
+        facing = attitudes(layout, trajectory.state)
+        body = derive.to_world(facing * INVERSE, velocity)
         values |= {f"body velocity {axis}": column for axis, column in zip("xyz", body.T, strict=True)}
-        values["tilt"] = rotation.tilt(attitude).numpy()
+        values["tilt"] = rotation.tilt(torch.as_tensor(facing)).numpy()
         if set(RATE.columns) <= known:
             # Coriolis' and Magnus' forces are along the rate's cross product with the velocity.
             rate = np.stack([_smooth(trajectory.column(name)) for name in RATE.columns], axis=1)
-            turned = rotation.rotate(attitude, torch.as_tensor(np.cross(rate, body))).numpy()
+            turned = derive.to_world(facing, np.cross(rate, body))
             values |= {f"rate × velocity {axis}": column for axis, column in zip("xyz", turned.T, strict=True)}
-        upright = torch.tensor([0.0, 0.0, 1.0], dtype=attitude.dtype)
-        lean = rotation.rotate(attitude, upright.expand(len(attitude), 3)).numpy()
-        values |= {f"lean {axis}": column for axis, column in zip("xy", lean.T, strict=False)}
+        values |= {f"lean {axis}": column for axis, column in zip("xy", derive.up(facing).T, strict=False)}
     values |= {name: trajectory.column(name) for name in (*RATE.columns, *BATTERY.columns) if name in known}
     for name in trajectory.layouts.action:
         command = trajectory.column(name)

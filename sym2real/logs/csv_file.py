@@ -12,7 +12,7 @@ SHOWN = 60  # letters of a line in an error
 LONGEST_NAME = 200  # letters of a column's name
 
 
-def read(path: Path, header: Sequence[str] = ()) -> tuple[list[str], list[Array | Sequence[str]], int, None]:
+def read(path: Path, header: Sequence[str] = ()) -> tuple[list[str], list[Array | Sequence[str]], int, dict[str, str]]:
     """Column names, cells by column, the line of the first row, and no metadata.
 
     Commas, semicolons, tabs, bars or blanks part the cells.
@@ -42,7 +42,7 @@ def read(path: Path, header: Sequence[str] = ()) -> tuple[list[str], list[Array 
         names, cells = names[1:], cells[1:]
     if not names[-1] and not any(cells[-1]):  # every line ends with a delimiter
         names, cells = names[:-1], cells[:-1]
-    return names, [*cells], first, None
+    return names, [*cells], first, {}
 
 
 def first_cells(path: Path) -> list[str]:

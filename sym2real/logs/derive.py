@@ -198,3 +198,8 @@ def from_euler(angles: Array) -> Array:
 def to_world(quaternion: Array, vectors: Array) -> Array:
     """Body vectors ``# (rows, 3)`` in world axes, for attitudes w x y z ``# (rows, 4)``."""
     return rotation.rotate(torch.from_numpy(quaternion), torch.from_numpy(vectors)).numpy()
+
+
+def up(quaternion: Array) -> Array:
+    """Body z axis in the world ``# (rows, 3)``, for attitudes w x y z ``# (rows, 4)``."""
+    return to_world(quaternion, np.tile([0.0, 0.0, 1.0], (len(quaternion), 1)))

@@ -9,6 +9,7 @@ from sym2real.logs import derive
 from sym2real.logs.dropouts import UNWRAPPED
 from sym2real.logs.specification import LogSpec
 from sym2real.logs.standard import QUATERNION, Columns, Standard, side_by_side
+from sym2real.trajectory import Array
 from sym2real.vocabulary import RATE
 
 
@@ -29,7 +30,7 @@ def add_derived(log: Standard, spec: LogSpec, layouts: Layouts | None, dt: float
         notes.append(f"velocities are slopes of positions (parabola through {around} rows, or fewer)")
     if "rate" in spec.derive:
         of_joints = _joint_rates(log, layouts, around)
-        columns = _rates(log, around) | of_joints | columns
+        columns = rates(log.time, log.columns, around) | of_joints | columns
         of = f"{', '.join(of_joints)} are slopes" if of_joints else "angular rates are slopes of the attitude"
         notes.append(f"{of} (parabola through {around} rows{', or fewer' if of_joints else ''})")
     return Standard(log.time, columns, log.others, tuple(notes))
@@ -52,12 +53,13 @@ def _rolling(log: Standard, around: int) -> Columns:
     return dict(zip(("vx", "vy"), velocity.T, strict=True))
 
 
-def _rates(log: Standard, around: int) -> Columns:
-    if (quaternion := side_by_side(log.columns, QUATERNION)) is not None:
-        return dict(zip(RATE.columns, derive.body_rate(log.time, quaternion, around).T, strict=True))
-    if "sin_yaw" in log.columns:
-        heading = derive.counted_heading(log.columns["sin_yaw"], log.columns["cos_yaw"])
-        return {"wz": derive.slope(log.time, heading, around)}
+def rates(time: Array, columns: Columns, around: int) -> Columns:
+    """Slopes of the attitude in body axes, or of a heading, through so many rows; none without these."""
+    if (quaternion := side_by_side(columns, QUATERNION)) is not None:
+        return dict(zip(RATE.columns, derive.body_rate(time, quaternion, around).T, strict=True))
+    if "sin_yaw" in columns:
+        heading = derive.counted_heading(columns["sin_yaw"], columns["cos_yaw"])
+        return {"wz": derive.slope(time, heading, around)}
     return {}
 
 

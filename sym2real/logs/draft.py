@@ -1,7 +1,7 @@
 """A proposal in the making: the logs, what has been found out so far, and the evidence for it."""
 
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -146,6 +146,7 @@ class Draft:
         place = {column: i for i, column in enumerate(self.tables[0].columns)}
         ordered = sorted(self.assignment.columns.items(), key=lambda item: place[item[1]])
         columns = {name: Source(c, self.units.get(name, "")) for name, c in ordered if name not in self.left_out}
+        attitudes: dict[str, Any] = {**self.attitudes}
         spec = LogSpec(
             "proposed",
             time=self.time,
@@ -155,9 +156,7 @@ class Draft:
             derive=tuple(self.derived),
             velocity_frame=self.velocity_frame,
             frames=self.frames,
-            attitude=self.attitudes.get("attitude", Attitude()),
-            attitude_command=self.attitudes.get("attitude_command", Attitude()),
-            reference_attitude=self.attitudes.get("reference_attitude", Attitude()),
+            **attitudes,
         )
         # A column whose unit cannot be known stands in no line, or in one that is still to be taken.
         return replace(spec, hold=tuple(name for name in self.held if name in spec.sources))

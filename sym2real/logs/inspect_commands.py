@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sym2real.logs.attitude_reading import up
+from sym2real.logs import derive
 from sym2real.logs.draft import Draft
 from sym2real.logs.inspect_driving import inspect_driving
 from sym2real.logs.inspect_motion import FASTEST, RATES
@@ -32,7 +32,7 @@ def _specific_force(draft: Draft) -> Array | None:
     if draft.acceleration is None or draft.world is None or draft.acceleration.shape[1] < 3:
         return None
     weight = np.array([0.0, 0.0, GRAVITY if draft.frames == "z_up" else -GRAVITY])
-    force: Array = np.abs(((draft.acceleration + weight) * up(draft.world)).sum(axis=1))
+    force: Array = np.abs(((draft.acceleration + weight) * derive.up(draft.world)).sum(axis=1))
     return force
 
 

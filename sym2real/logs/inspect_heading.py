@@ -6,12 +6,11 @@ from math import isnan, pi
 import numpy as np
 
 from sym2real.logs import spec_text
-from sym2real.logs.assignment import HEADINGS
 from sym2real.logs.attitude_reading import way
 from sym2real.logs.course import TOGETHER, between, decides, together
 from sym2real.logs.draft import Draft
 from sym2real.logs.inspect_attitude import ANGLES, angle_unit
-from sym2real.logs.parts import Source
+from sym2real.logs.parts import HEADINGS, Source
 from sym2real.logs.reading import Reading, by_ratio
 from sym2real.logs.units import UNITS, unit_by_ratio
 from sym2real.trajectory import Array

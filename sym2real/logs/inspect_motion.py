@@ -3,7 +3,7 @@
 import numpy as np
 
 from sym2real.logs import derive
-from sym2real.logs.attitude_reading import TILTING, gyro_agreement, read_attitude, tilt_agreement, up, usual_reading
+from sym2real.logs.attitude_reading import TILTING, gyro_agreement, read_attitude, tilt_agreement, usual_reading
 from sym2real.logs.draft import Draft
 from sym2real.logs.parts import Attitude
 from sym2real.logs.reading import CLEAR, WEAK, Reading, by_name, by_others, by_ratio, by_size, largest, settle
@@ -52,7 +52,7 @@ def _by_tilt(draft: Draft, acceleration: Array) -> Reading | None:
     parts = draft.assignment.quaternions.get("attitude")
     if draft.assignment.is_car or not parts or not draft.has("x", "y"):
         return None
-    caused = GRAVITY * up(read_attitude(draft, usual_reading(draft, parts)))[:, :2]
+    caused = GRAVITY * derive.up(read_attitude(draft, usual_reading(draft, parts)))[:, :2]
     if draft.rows.spread(caused) < GRAVITY * TILTING:
         return None
     return by_ratio(LENGTHS, draft.rows.ratio(acceleration[:, :2], caused), "its tilt accelerates it in m/s²")

@@ -3,7 +3,7 @@
 import numpy as np
 
 from sym2real.logs import derive
-from sym2real.logs.attitude_reading import read_attitude, up
+from sym2real.logs.attitude_reading import read_attitude
 from sym2real.logs.draft import Draft
 from sym2real.logs.inspect_motion import FAST, LENGTHS
 from sym2real.logs.parts import Attitude
@@ -50,6 +50,6 @@ def _accelerates(draft: Draft, attitude: Array) -> float:
     """The part of what a tilt would accelerate that positions show."""
     pace = draft.rows.slopes(draft.values("x", "y"))
     unit, *_ = by_name(draft, ("x", "y")) or by_size(LENGTHS, float(np.percentile(np.abs(pace), 95)), FAST)
-    measured, tilt = factor(unit, "x") * draft.rows.slopes(pace), GRAVITY * up(attitude)[:, :2]
+    measured, tilt = factor(unit, "x") * draft.rows.slopes(pace), GRAVITY * derive.up(attitude)[:, :2]
     shown, caused = (draft.rows.moving(values) for values in (measured, tilt))
     return float((shown * caused).sum() / (caused**2).sum())

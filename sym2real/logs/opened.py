@@ -86,7 +86,7 @@ class Opened:
             raise DataError(self.table.path, "standard state columns", actual)
         if self.dt is not None and len(log.time) > 1 and not is_regular(log.time, self.dt):
             log = resample(log, self.dt, known, polled=self.table.polled)
-        name = _metadata(self.table, "name") or self.table.path.stem
+        name = self.table.metadata.get("name") or self.table.path.stem
         result = trajectory(self.table, log, known, name + suffix)
         notes = _own_notes(self.table) + result.notes
         return replace(
@@ -121,13 +121,9 @@ def in_step(logs: Sequence[Opened], upsample: bool) -> list[Opened]:
     return [replace(log, dt=slowest) for log in logs] if slow else list(logs)
 
 
-def _metadata(table: Table, key: str) -> str:
-    return (table.metadata or {}).get(key, "")
-
-
 def _own_notes(table: Table) -> tuple[str, ...]:
     try:
-        notes = json.loads(_metadata(table, "notes") or "[]")
+        notes = json.loads(table.metadata.get("notes") or "[]")
         if not isinstance(notes, list):
             raise TypeError(f"{notes!r:.80}")
         return tuple(str(note) for note in notes)
@@ -136,7 +132,7 @@ def _own_notes(table: Table) -> tuple[str, ...]:
 
 
 def _own_layouts(table: Table) -> Layouts | None:
-    text = _metadata(table, "layouts")
+    text = table.metadata.get("layouts")
     try:
         return layouts_from_json(text) if text else None
     except (KeyError, ValueError, RecursionError) as error:

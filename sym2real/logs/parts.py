@@ -14,6 +14,8 @@ VelocityFrame = Literal["world", "body"]
 
 # Attitudes that a specification can hold, and what stands before and after their standard columns.
 ATTITUDES = {"attitude": ("", ""), "attitude_command": ("", "_cmd"), "reference_attitude": ("ref_", "")}
+# A heading as this package writes it, the measured one and where it should be.
+HEADINGS = (("sin_yaw", "cos_yaw"), ("ref_sin_yaw", "ref_cos_yaw"))
 UPRIGHT = "wz"  # the components of a quaternion that does not tilt
 ROWS_A_SECOND = "a number > 0, the rows a second, which a log without stamps does not say"
 STANDARD_COLUMNS = (*UNIT_OF_COLUMN, *(f"ref_{column}" for column in UNIT_OF_COLUMN))

@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from sym2real.layout import Layouts
 from sym2real.logs import derive
-from sym2real.logs.parts import ATTITUDES, STANDARD_COLUMNS
+from sym2real.logs.parts import ATTITUDES, HEADINGS, STANDARD_COLUMNS
 from sym2real.logs.standard import Columns, Standard, attitude_columns, side_by_side
 from sym2real.trajectory import Array, Trajectory, usual_interval
 from sym2real.vocabulary import VOCABULARY
@@ -24,7 +24,6 @@ THINNED = 1.5
 
 RESAMPLED = "resampled to"  # what a note of it begins with
 COMMANDS = frozenset(column for group, field in VOCABULARY if group == "action" for column in field.columns)
-CIRCLES = (("sin_yaw", "cos_yaw"), ("ref_sin_yaw", "ref_cos_yaw"))
 
 
 def is_regular(time: Array, dt: float) -> bool:
@@ -65,7 +64,7 @@ def resample(log: Standard, dt: float, layouts: Layouts, *, polled: bool = True)
     grid = time[0] + dt * np.arange(int(np.floor((time[-1] - time[0]) / dt + 1e-6)) + 1)
     in_force = np.searchsorted(time, grid + 0.5 * dt, side="left") - 1
     latest = np.searchsorted(time, grid, side="right") - 1
-    turned = {column for name in ATTITUDES for column in attitude_columns(name)}.union(*CIRCLES)
+    turned = {column for name in ATTITUDES for column in attitude_columns(name)}.union(*HEADINGS)
     averaged = frozenset[str]() if _a_row_a_step(time, dt) else commands - turned
     columns: Columns = {}
     for name, values in log.columns.items():
@@ -135,7 +134,7 @@ def _note(time: Array, dt: float, rows: int) -> str:
 
 def _circles(log: Standard, grid: Array, commands: frozenset[str]) -> Columns:
     columns: Columns = {}
-    for names in CIRCLES:
+    for names in HEADINGS:
         circle = side_by_side(log.columns, names)
         if circle is not None and not commands & {*names}:
             turned = np.interp(grid, log.time, derive.counted_heading(*circle.T))

@@ -88,11 +88,8 @@ def _landed(thrust: Array, height: Array, dt: float) -> Rows:
 
 def _falls(height: Array, dt: float) -> bool:
     """Whether it accelerates downwards, or noise hides whether it does: by a parabola."""
-    time = dt * np.arange(len(height))
-    design = np.stack([np.ones(len(time)), time, time**2 / 2], axis=1)
-    coefficients, squares, _, _ = np.linalg.lstsq(design, height)
-    variance = (squares.sum() / (len(height) - 3)) * np.linalg.inv(design.T @ design)[2, 2]
-    return bool(coefficients[2] - 2.0 * np.sqrt(variance) < -FALLING * GRAVITY)
+    (half, *_), covariance = np.polyfit(dt * np.arange(len(height)), height, 2, cov=True)  # of the acceleration
+    return bool(2.0 * (half - 2.0 * np.sqrt(covariance[0, 0])) < -FALLING * GRAVITY)
 
 
 def stretches(rows: Rows) -> list[tuple[int, int]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import re
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -52,7 +52,7 @@ class Table:
     columns: Mapping[str, Array]
     lines: NDArray[np.int64]
     texts: tuple[str, ...] = ()
-    metadata: Mapping[str, str] | None = None
+    metadata: Mapping[str, str] = field(default_factory=dict)
     polled: bool = True
 
     def __len__(self) -> int:
@@ -142,7 +142,7 @@ def table_of(
     names: Sequence[str],
     cells: Sequence[Array | Sequence[str]],
     first_row: int,
-    metadata: Mapping[str, str] | None,
+    metadata: Mapping[str, str],
 ) -> Table:
     """The table of columns by their names and cells, as numbers where they are any.
 
@@ -171,7 +171,7 @@ def _of_recording(file: Path, recording: Recording, wanted: Collection[str] | No
     if not recording.topics:
         raise DataError(file, "a topic with numbers", "none")
     columns = recording.together(wanted, kinds)
-    return replace(table_of(file, [*columns], [*columns.values()], 1, None), polled=False)
+    return replace(table_of(file, [*columns], [*columns.values()], 1, {}), polled=False)
 
 
 def _check_names(file: Path, names: Sequence[str], cells: Sequence[object]) -> None:

@@ -12,9 +12,10 @@ import numpy as np
 
 from sym2real.dataset import Dataset
 from sym2real.logs import derive
-from sym2real.logs.pose import attitude, turned
+from sym2real.logs.derived import rates
+from sym2real.logs.pose import turned
 from sym2real.trajectory import Array, Trajectory
-from sym2real.vocabulary import ATTITUDE, HEADING, POSITION, RATE, VELOCITY
+from sym2real.vocabulary import ATTITUDE, HEADING, POSITION, VELOCITY
 
 LEVEL = VELOCITY.columns[:2]
 
@@ -52,14 +53,8 @@ def made_anew(before: Trajectory, log: Trajectory) -> Trajectory:
     pose = state.indices(name for field in (POSITION, ATTITUDE, HEADING) for name in field.columns if name in state)
     if not log.sources or np.array_equal(before.state[:, pose], log.state[:, pose]):
         return log
-    computed = dict[str, Array]()
-    if state.has_field(ATTITUDE.name):
-        computed = dict(zip(RATE.columns, derive.body_rate(log.time, attitude(log).numpy(), around).T, strict=True))
-    elif state.has_field(HEADING.name):
-        computed = {
-            RATE.columns[-1]: derive.slope(log.time, derive.counted_heading(*log.state[:, _heading(log)].T), around)
-        }
-    computed = {name: values for name, values in computed.items() if name in state and name not in log.sources}
+    turning = rates(log.time, dict(zip(state, log.state.T, strict=True)), around)
+    computed = {name: values for name, values in turning.items() if name in state and name not in log.sources}
     if made := made_of_wheel(Dataset([before])):
         speed, logged = along(before), log.raw.get(log.sources[made[0]])
         place, yaw = log.state[:, state.indices(POSITION.columns[:2])], np.arctan2(*log.state[:, _heading(log)].T)

@@ -23,7 +23,7 @@ from sym2real.files import read_as, read_text, read_toml, whole, write_text
 from sym2real.plants.mujoco_plant import MujocoPlant, edited
 from sym2real.robots import ROBOTS, Robot
 from sym2real.robots.own import origin_of, robot_from
-from sym2real.symbolic.origin import Origin
+from sym2real.symbolic.serialise import Origin
 
 DESCRIPTION, PLANT, ORIGIN = "robot.xml", "plant.toml", "origin.json"
 PARTS = (DESCRIPTION, PLANT, ORIGIN)

@@ -13,6 +13,7 @@ from sym2real.dataset import Transitions
 from sym2real.errors import ShapeError
 from sym2real.layout import Layouts
 from sym2real.regression.monomials import Monomials
+from sym2real.regression.numeric import columns_of
 from sym2real.trajectory import Array
 
 # The clock causes nothing: an equation in it would hold for one episode only.
@@ -76,16 +77,9 @@ class Variables:
 
     def values_of(self, transitions: Transitions) -> Array:
         """Values of the variables ``# (rows, variables)``: columns, sines, cosines, wrench."""
-        layouts = transitions.layouts
-        layout = layouts.state + layouts.action + layouts.inputs
-        table = np.concatenate([transitions.state, transitions.action, transitions.inputs], axis=1)
-        angles = table[:, layout.indices(self.angles)]
-        parts = [table[:, layout.indices(self.columns)], np.sin(angles), np.cos(angles)]
-        return np.concatenate([*parts, table[:, layout.indices(self.wrench)]], axis=1)
-
-    def wrench_of(self, transitions: Transitions) -> Array:
-        """Values of the wrench columns ``# (rows, wrench)``."""
-        return transitions.inputs[:, transitions.layouts.inputs.indices(self.wrench)]
+        known = columns_of(transitions)
+        plain, angles, wrench = ([known[name] for name in names] for names in (self.columns, self.angles, self.wrench))
+        return np.stack([*plain, *map(np.sin, angles), *map(np.cos, angles), *wrench], axis=1)
 
     def products(self, degree: int) -> Monomials:
         """Every product of at most so many variables that are no wrench."""

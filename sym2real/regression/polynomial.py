@@ -43,8 +43,7 @@ class Polynomial:
 
     def evaluate(self, values: Array) -> Array:
         """Values of the sum ``# (rows,)`` for values of the variables ``# (rows, variables)``."""
-        total: Array = self.terms.evaluate(values) @ self.coefficients
-        return total
+        return self.terms.evaluate(values) @ self.coefficients
 
     def where(self, chosen: NDArray[np.bool_]) -> Polynomial:
         """The terms where ``chosen`` holds."""

@@ -74,13 +74,7 @@ class PySR:
     """
 
     def __init__(
-        self,
-        angles: Sequence[str] = (),
-        seed: int = 0,
-        *,
-        nodes: int = 85,
-        wrench: bool = True,
-        factory: str = FACTORY,
+        self, angles: Sequence[str] = (), seed: int = 0, *, nodes: int = 85, wrench: bool = True, factory: str = FACTORY
     ) -> None:
         if factory == FACTORY and importlib.util.find_spec("pysr") is None:
             raise MissingDependencyError(INSTALL)

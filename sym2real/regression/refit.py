@@ -32,8 +32,7 @@ def refit(columns: Array, target: Array, loss: Loss) -> Array:
     coefficients: Array = _least_squares(scaled, target)
     if loss == "l1":
         coefficients = _least_absolute(scaled, target, coefficients)
-    refitted: Array = coefficients / np.where(scale > 0, scale, 1.0)
-    return refitted
+    return coefficients / np.where(scale > 0, scale, 1.0)
 
 
 def _least_squares(columns: Array, target: Array) -> Array:

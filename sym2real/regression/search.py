@@ -118,14 +118,7 @@ def exchanged(support: Support, gram: Array, correlation: Array, energy: float) 
 
 
 def beam_search(
-    gram: Array,
-    correlation: Array,
-    energy: float,
-    *,
-    width: int,
-    branch: int,
-    limit: int,
-    together: bool = False,
+    gram: Array, correlation: Array, energy: float, *, width: int, branch: int, limit: int, together: bool = False
 ) -> list[tuple[int, ...]]:
     """The best set of columns found at every size from 0 to ``limit``.
 

@@ -55,10 +55,8 @@ class Stage:
         self.scale = np.where(scale > 0, scale, 1.0)
         self.windows = Windows.of(transitions, window)
         self.newest = transitions.trajectory == transitions.trajectory.max()
-        self.scaled, self.held = (
-            Values(self.values / self.scale, self.windows),
-            self.windows.validating(transitions, seed),
-        )
+        self.scaled = Values(self.values / self.scale, self.windows)
+        self.held = self.windows.validating(transitions, seed)
         self._pools: dict[bytes, Pool] = {}
 
     def increments(self, column: str) -> Array:

@@ -30,7 +30,8 @@ def rows_with_wrench(transitions: Transitions, variables: Variables) -> NDArray[
     Raises:
         ModelError: when fewer than 20 rows are without wrench.
     """
-    wrenched: NDArray[np.bool_] = (variables.wrench_of(transitions) != 0).any(axis=1)
+    pushes = transitions.layouts.inputs.indices(variables.wrench)
+    wrenched: NDArray[np.bool_] = (transitions.inputs[:, pushes] != 0).any(axis=1)
     if (~wrenched).sum() < FEWEST_ROWS:
         raise ModelError(f"expected at least {FEWEST_ROWS} transitions without wrench, found {(~wrenched).sum()}")
     return wrenched
@@ -43,14 +44,7 @@ def wrench_stage(
     wrenched = rows_with_wrench(transitions, variables)
     if wrenched.sum() < FEWEST_ROWS:
         return None
-    return Stage(
-        transitions.where(wrenched),
-        variables,
-        _candidates(variables),
-        search=search,
-        loss=loss,
-        seed=seed,
-    )
+    return Stage(transitions.where(wrenched), variables, _candidates(variables), search=search, loss=loss, seed=seed)
 
 
 def with_wrench(

@@ -77,10 +77,7 @@ def rounds_charts(reports: Sequence[RoundReport]) -> list[Chart]:
     rounds, charts = np.array([float(report.number) for report in reports]), []
     about = {
         "error": ("position error of the episodes", "mean distance from the reference"),
-        "prediction": (
-            f"prediction error {reports[0].horizon:.3g} s ahead",
-            "on the round's own log, which is unseen",
-        ),
+        "prediction": (f"prediction error {reports[0].horizon:.3g} s ahead", "on the round's own log, which is unseen"),
     }
     for name, (title, label) in about.items():
         values = np.array([getattr(report, name) for report in reports])

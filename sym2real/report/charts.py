@@ -40,10 +40,7 @@ def of_model(values: Values) -> list[Line]:
     """The model that is given and, where there are several combinations of switches, what it is with those on."""
     if len(np.atleast_2d(values[0] if isinstance(values, list) else values)) == 1:
         return [Line("model", "base", values)]
-    return [
-        Line("model as it stands", "base", values),
-        Line("with the switches", "model", values, switched=True),
-    ]
+    return [Line("model as it stands", "base", values), Line("with the switches", "model", values, switched=True)]
 
 
 @dataclass(frozen=True, eq=False)

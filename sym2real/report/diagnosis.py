@@ -1,19 +1,20 @@
 """A diagnosis, or the test of one effect, for the terminal."""
 
 import shlex
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from itertools import groupby
 
 from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.table import Table
 
 from sym2real.diagnosis import Diagnosis, Fall, Fault, Finding, Gate, HypothesisTest, Term, Where
+from sym2real.diagnosis.predict.competitors import NotTested
 from sym2real.diagnosis.unexplained.leftover import Leftover
 from sym2real.effects.bound import NO_COLUMN
 from sym2real.effects.few_words import in_few_words
 from sym2real.effects.searching import SETTLED
 from sym2real.report.ladder import ladder_table
-from sym2real.report.not_tested import lines_by_reason
 from sym2real.report.tables import number, table_of
 
 STYLE = {"EFFECT": "bold yellow", "NOTHING_MISSING": "bold green", "UNEXPLAINED": "bold red", "CANNOT_TELL": "bold"}
@@ -65,6 +66,13 @@ def untested_lines(diagnosis: Diagnosis) -> list[str]:
     """
     left_out = (entry for entry in diagnosis.not_tried if entry.reason != SETTLED)
     return [f"not tested: {line}" for line in lines_by_reason(left_out) if not line.endswith(NO_COLUMN)]
+
+
+def lines_by_reason(left_out: Iterable[NotTested]) -> Iterator[str]:
+    """A line for every reason, with the effects that it holds for."""
+    ordered = sorted(left_out, key=lambda entry: entry.reason)
+    for reason, same in groupby(ordered, key=lambda entry: entry.reason):
+        yield f"{', '.join(in_few_words(entry.effect for entry in same))}: {reason}"
 
 
 def leftover_lines(leftovers: Sequence[Leftover]) -> list[str]:

@@ -24,7 +24,7 @@ def against_tree(model: mujoco.MjModel, state: Layout) -> list[str]:
         f"no {', '.join(missing)} in the state": bool(missing),
         "tendons or equality constraints": bool(model.ntendon or model.neq),
     }
-    return _those_that_hold(wrong | beside_joints(model))
+    return those_that_hold(wrong | beside_joints(model))
 
 
 def against_rolling(model: mujoco.MjModel, wheels: Wheels) -> list[str]:
@@ -38,7 +38,7 @@ def against_rolling(model: mujoco.MjModel, wheels: Wheels) -> list[str]:
         "gravity that is not along z": model.opt.gravity[:2].any(),
         "springs or servos of position on wheels": model.jnt_stiffness.any() or model.actuator_biasprm[:, 1].any(),
     }
-    return _those_that_hold(wrong | beside_joints(model))
+    return those_that_hold(wrong | beside_joints(model))
 
 
 def beside_joints(model: mujoco.MjModel) -> dict[str, bool]:
@@ -64,5 +64,6 @@ def forces_beside(model: mujoco.MjModel) -> dict[str, bool]:
     }
 
 
-def _those_that_hold(wrong: Mapping[str, bool]) -> list[str]:
+def those_that_hold(wrong: Mapping[str, bool]) -> list[str]:
+    """Of what may stand against a robot, what does."""
     return [what for what, holds in wrong.items() if holds]

@@ -11,10 +11,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sym2real.layout import Layout, Layouts
-from sym2real.robots.description import Description
+from sym2real.robots.description import Coordinates, Description
 from sym2real.robots.recipe import Recipe
 from sym2real.robots.robot import GRAVITY, Limits, MPPISettings, Robot
-from sym2real.trajectory import Array
 from sym2real.vocabulary import RATE, RATE_COMMAND, THRUST_COLUMN, VELOCITY, WRENCH
 
 if TYPE_CHECKING:
@@ -37,12 +36,8 @@ LAYOUTS = Layouts(
 )
 
 
-def _to_state(qpos: Array, qvel: Array) -> Array:
-    return np.concatenate([qpos[..., :7], qvel[..., :6]], axis=-1)
-
-
-def _to_coordinates(state: Array) -> tuple[Array, Array]:
-    return state[:7], state[7:]
+# A state is MuJoCo's, place by place.
+_COORDINATES = Coordinates(places=[*range(13)], standing=np.zeros(13), positions=7)
 
 
 def _rigid_body() -> Equations:
@@ -77,8 +72,8 @@ CRAZYFLIE = Robot(
         physics_dt=0.002,
         start=np.array([0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
         rest=np.array([HOVER, 0.0, 0.0, 0.0]),
-        to_state=_to_state,
-        to_coordinates=_to_coordinates,
+        to_state=_COORDINATES.to_state,
+        to_coordinates=_COORDINATES.to_coordinates,
         body="crazyflie",
         crash="contact",
         coarse_substeps=1,  # one Runge–Kutta step a period is within 0.03 mm of ten after 0.8 s for the free body

@@ -8,6 +8,8 @@ from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
+import numpy as np
+
 from sym2real.trajectory import Array
 
 if TYPE_CHECKING:
@@ -37,6 +39,39 @@ def spec_of(mjcf: str) -> mujoco.MjSpec:
     spec = mujoco.MjSpec.from_string(mjcf) if is_text(mjcf) else mujoco.MjSpec.from_file(mjcf)
     give_names(spec)
     return spec
+
+
+def yaw_of(qpos: Array, first: int = 3) -> Array:
+    """Heading in rad ``# (...)`` of the quaternion that begins at a place of qpos ``# (..., nq)``."""
+    w, x, y, z = (qpos[..., first + part] for part in range(4))
+    return np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+
+
+@dataclass(frozen=True, eq=False)
+class Coordinates:
+    """States in MuJoCo's coordinates, and back.
+
+    Args:
+        places: of every state column in qpos and qvel, one after the other ``# (state,)``.
+        standing: qpos and qvel of what the state does not say ``# (nq + nv,)``.
+        positions: length of qpos.
+    """
+
+    places: list[int]
+    standing: Array
+    positions: int
+
+    def to_state(self, qpos: Array, qvel: Array) -> Array:
+        """States ``# (..., state)``."""
+        velocities = len(self.standing) - self.positions
+        whole = np.concatenate([qpos[..., : self.positions], qvel[..., :velocities]], axis=-1)
+        return whole[..., self.places]
+
+    def to_coordinates(self, state: Array) -> tuple[Array, Array]:
+        """qpos ``# (nq,)`` and qvel ``# (nv,)``."""
+        whole = self.standing.copy()
+        whole[self.places] = state
+        return whole[: self.positions], whole[self.positions :]
 
 
 def unchanged(actions: Array) -> Array:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import mujoco
 import numpy as np
 
-from sym2real.robots.mjcf_columns import BY_JOINT
+from sym2real.robots.mjcf_columns import BY_JOINT, driven_joint
 from sym2real.trajectory import Array
 
 
@@ -22,9 +22,8 @@ def strengths(model: mujoco.MjModel, actuators: Sequence[int], most: Array) -> d
     """Largest force on each joint J of actuators under so much command ``# (action,)``: ``J_strength``, N or N m."""
     forces: dict[str, float] = {}
     for index, command in zip(actuators, most, strict=True):
-        if model.actuator_trntype[index] == BY_JOINT:
+        if joint := driven_joint(model, index):
             limit = np.abs(model.actuator_forcerange[index]).max() if model.actuator_forcelimited[index] else np.inf
             force = abs(model.actuator_gear[index, 0]) * min(limit, abs(model.actuator_gainprm[index, 0] * command))
-            key = f"{model.joint(int(model.actuator_trnid[index, 0])).name}_strength"
-            forces[key] = forces.get(key, 0.0) + float(force)
+            forces[f"{joint}_strength"] = forces.get(f"{joint}_strength", 0.0) + float(force)
     return forces

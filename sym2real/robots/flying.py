@@ -15,7 +15,7 @@ import numpy as np
 
 from sym2real.errors import ModelError
 from sym2real.robots import mjcf_columns as columns
-from sym2real.robots.covered import LEARN, forces_beside
+from sym2real.robots.covered import LEARN, forces_beside, those_that_hold
 from sym2real.robots.planar import STATE
 from sym2real.robots.robot import GRAVITY
 from sym2real.trajectory import Array
@@ -121,9 +121,8 @@ def against_flying(model: mujoco.MjModel, data: Any, actions: Mapping[str, str])
             model.dof_jntid == np.argmax(model.jnt_type == columns.FREE)
         ].any(),
     }
-    wrong |= forces_beside(model)
-    if any(wrong.values()):
-        return [what for what, holds in wrong.items() if holds]
+    if reasons := those_that_hold(wrong | forces_beside(model)):
+        return reasons
     craft = Rotorcraft.of(model, data, actuators)
     moments, thrusts = craft.inertia.diagonal(), craft.thrusts
     aside = max(np.abs(craft.forces[:, :2]).max(), np.ptp(thrusts))
@@ -137,7 +136,7 @@ def against_flying(model: mujoco.MjModel, data: Any, actions: Mapping[str, str])
         f"a centre of mass {np.linalg.norm(craft.centre):.3g} m from the body's origin": np.linalg.norm(craft.centre)
         > OFF,
     }
-    return [what for what, holds in wrong.items() if holds]
+    return those_that_hold(wrong)
 
 
 def _ends_early(model: mujoco.MjModel, actuators: list[int]) -> bool:

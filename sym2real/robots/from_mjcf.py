@@ -17,7 +17,7 @@ from sym2real.layout import Layout, Layouts
 from sym2real.robots import mjcf_columns as columns
 from sym2real.robots import planar
 from sym2real.robots.covered import against_rolling, against_tree
-from sym2real.robots.description import Crash, Description, is_text
+from sym2real.robots.description import Coordinates, Crash, Description, is_text
 from sym2real.robots.driven import braking, strengths
 from sym2real.robots.flying import Rotorcraft, against_flying, flying
 from sym2real.robots.recipe import Recipe
@@ -142,7 +142,7 @@ class _Motion:
 
     data: mujoco.MjData
     layouts: Layouts
-    coordinates: columns.Coordinates | planar.PlanarCoordinates
+    coordinates: Coordinates | planar.PlanarCoordinates
     crash: Crash
     uncovered: Sequence[str]
     resting: Array
@@ -189,7 +189,7 @@ def _of_joints(
     return _Motion(
         data,
         layouts,
-        columns.Coordinates(places, standing, model.nq),
+        Coordinates(places, standing, model.nq),
         "joint range" if model.jnt_limited.any() else "never",
         against_tree(model, layouts.state),
         _controls(model, data, actions),
@@ -209,17 +209,11 @@ def default_recipe(
     Of a robot in a plane paths, and its turning rate. ``span`` is that of the commands ``# (action,)``; a robot that is
     ``described`` has first-principles equations, which are its base.
     """
-    driven = {column: model.actuator(name).id for name, column in actions.items()}
-    by_joint = {
-        column: actuator for column, actuator in driven.items() if model.actuator_trntype[actuator] == columns.BY_JOINT
-    }
-    moved = [
-        (rate_column(model.joint(int(model.actuator_trnid[actuator, 0])).name), column)
-        for column, actuator in by_joint.items()
-    ]
+    joints = {column: columns.driven_joint(model, model.actuator(name).id) for name, column in actions.items()}
+    moved = [(rate_column(joint), column) for column, joint in joints.items() if joint]
     on_paths = HEADING.columns[0] in state
     if on_paths:
-        moved = [(RATE.columns[2], column) for column in driven]
+        moved = [(RATE.columns[2], column) for column in joints]
     return Recipe(
         tasks=(("circle", {}), ("lemniscate", {})) if on_paths else (("regulate", {}),),
         base="nominal" if described else "episodes",

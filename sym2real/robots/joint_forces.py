@@ -8,6 +8,7 @@ import numpy as np
 from sympy import Expr, Integer, Max, Min
 
 from sym2real.robots.joint_tree import Link, as_expression
+from sym2real.robots.mjcf_columns import driven_joint
 from sym2real.robots.spatial import Values
 from sym2real.symbolic import symbol
 from sym2real.symbolic.dry_friction import dry_friction
@@ -44,7 +45,7 @@ class Forces:
         for index in range(self.model.nu):
             name = self.model.actuator(index).name
             control = symbol(self.actions[name]) if name in self.actions else Integer(0)
-            joint = joints[self.model.joint(int(self.model.actuator_trnid[index, 0])).name]
+            joint = joints[driven_joint(self.model, index)]
             actuation[joint] += self._given(index, control, place[joint], rate[joint])
         for number, link in enumerate(self.links):
             joint = self.model.joint(link.joint).id

@@ -1,5 +1,6 @@
 """The tree of joints of a compiled MJCF: each with its frame, its numbers, and the inertia that moves with it."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -31,8 +32,8 @@ class Link:
         turns: whether it is a hinge.
         inertia: of the bodies that move with it, in the link's axes about its origin.
         zero: coordinate at which the bodies lie as the file places them (its ``ref``), rad or m.
-        armature, damping, stiffness, rest: of the joint, SI units.
-        friction: its dry friction, N or N m.
+        armature, stiffness, rest: of the joint, SI units.
+        quantities: what equations hold of it by name, for effects to change: armature, damping, dry friction.
     """
 
     joint: str
@@ -43,10 +44,9 @@ class Link:
     inertia: Inertia
     zero: float
     armature: float
-    damping: float
     stiffness: float
     rest: float
-    friction: float
+    quantities: Mapping[str, Expr]
 
     def transform(self, coordinate: Expr) -> Transform:
         """From the parent's axes to the link's where the joint stands."""
@@ -56,19 +56,10 @@ class Link:
         return Transform(about(self.axis, moved).T @ self.fixed.turn, self.fixed.place)
 
     @property
-    def quantities(self) -> dict[str, Expr]:
-        """What equations hold of it by name, for effects to change: armature, damping, dry friction."""
-        return {
-            armature_quantity(self.joint): as_expression(self.armature),
-            damping_quantity(self.joint): as_expression(self.damping),
-            friction_quantity(self.joint): as_expression(self.friction),
-        }
-
-    @property
     def motion(self) -> Motion:
         """Of a unit rate of the joint."""
         zero = np.zeros(3, dtype=int).astype(object)
-        return (self.axis, zero) if self.turns else (zero, self.axis)
+        return np.concatenate([self.axis, zero] if self.turns else [zero, self.axis])
 
 
 def links_of(model: mujoco.MjModel) -> list[Link]:
@@ -94,9 +85,9 @@ def links_of(model: mujoco.MjModel) -> list[Link]:
 
 
 def _link(model: mujoco.MjModel, joint: int, parent: int, fixed: Transform) -> Link:
-    dof, nothing = int(model.jnt_dofadr[joint]), exact(np.zeros(3))
+    name, dof, nothing = model.joint(joint).name, int(model.jnt_dofadr[joint]), exact(np.zeros(3))
     return Link(
-        joint=model.joint(joint).name,
+        joint=name,
         parent=parent,
         fixed=fixed,
         axis=exact(model.jnt_axis[joint]),
@@ -104,10 +95,13 @@ def _link(model: mujoco.MjModel, joint: int, parent: int, fixed: Transform) -> L
         inertia=Inertia(0, nothing, exact(np.zeros((3, 3)))),
         zero=float(model.qpos0[model.jnt_qposadr[joint]]),
         armature=float(model.dof_armature[dof]),
-        damping=float(model.dof_damping[dof]),
         stiffness=float(model.jnt_stiffness[joint]),
         rest=float(model.qpos_spring[model.jnt_qposadr[joint]]),
-        friction=float(model.dof_frictionloss[dof]),
+        quantities={
+            armature_quantity(name): as_expression(model.dof_armature[dof]),
+            damping_quantity(name): as_expression(model.dof_damping[dof]),
+            friction_quantity(name): as_expression(model.dof_frictionloss[dof]),
+        },
     )
 
 

@@ -6,7 +6,6 @@ in N m along it; a free joint gives position, attitude, velocity and body rates,
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from itertools import chain
 from typing import Any
 
@@ -52,33 +51,6 @@ COMMANDED = {
     "position": (("displacement target", "m"), ("angle target", "rad")),
     "velocity": (("speed target", "m/s"), ("rate target", "rad/s")),
 }
-
-
-@dataclass(frozen=True, eq=False)
-class Coordinates:
-    """States in MuJoCo's coordinates, and back.
-
-    Args:
-        places: of every state column in qpos and qvel, one after the other ``# (state,)``.
-        standing: qpos and qvel of what the state does not say ``# (nq + nv,)``.
-        positions: length of qpos.
-    """
-
-    places: list[int]
-    standing: Array
-    positions: int
-
-    def to_state(self, qpos: Array, qvel: Array) -> Array:
-        """States ``# (..., state)``."""
-        velocities = len(self.standing) - self.positions
-        whole = np.concatenate([qpos[..., : self.positions], qvel[..., :velocities]], axis=-1)
-        return whole[..., self.places]
-
-    def to_coordinates(self, state: Array) -> tuple[Array, Array]:
-        """qpos ``# (nq,)`` and qvel ``# (nv,)``."""
-        whole = self.standing.copy()
-        whole[self.places] = state
-        return whole[: self.positions], whole[self.positions :]
 
 
 def controls_of(places: list[int], number: int, actions: Array) -> Array:
@@ -159,6 +131,12 @@ def loaded_sites(model: mujoco.MjModel) -> list[int]:
     """Sites that something may hang at: those with a name, on a body that moves."""
     moves = model.body_weldid[model.site_bodyid] != 0
     return [site for site in range(model.nsite) if moves[site] and is_name(model.site(site).name)]
+
+
+def driven_joint(model: mujoco.MjModel, actuator: int) -> str:
+    """Name of the joint that an actuator is on; empty where it is on none."""
+    on_joint = model.actuator_trntype[actuator] == BY_JOINT
+    return str(model.joint(int(model.actuator_trnid[actuator, 0])).name) if on_joint else ""
 
 
 def command_kind(model: mujoco.MjModel, actuator: int) -> str:

@@ -28,15 +28,7 @@ from sym2real.robots.driven import braking
 from sym2real.robots.joint_forces import Forces
 from sym2real.robots.joint_tree import Link, as_expression, links_of
 from sym2real.robots.runge_kutta import Build, fastest, parts_of, stepped
-from sym2real.robots.spatial import (
-    Inertia,
-    Motion,
-    Transform,
-    Values,
-    along,
-    force_cross,
-    motion_cross,
-)
+from sym2real.robots.spatial import Force, Inertia, Motion, Transform, Values, along, force_cross, motion_cross
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.expressions import names_in
 from sym2real.vocabulary import GRAVITY_COMPONENTS, armature_quantity, link_mass_quantity, load_quantity, rate_column
@@ -130,34 +122,23 @@ def _named(build: Build, link: Link, coordinate: Expr) -> Transform:
 
 def _bias(build: Build, links: Sequence[Link], transforms: Sequence[Transform], rate: Values) -> Values:
     """Forces along the joints that keep every acceleration at zero, by recursive Newton–Euler."""
-    still = np.zeros(3, dtype=int).astype(object)
-    upwards = -np.array([symbol(name) for name in GRAVITY_COMPONENTS], dtype=object)
-    velocities: list[Motion] = []
-    accelerations: list[Motion] = []
-    forces = []
+    still = np.zeros(6, dtype=int).astype(object)
+    upwards = np.concatenate([still[:3], -np.array([symbol(name) for name in GRAVITY_COMPONENTS], dtype=object)])
+    velocities, accelerations, forces = list[Motion](), list[Motion](), list[Force]()
     for link, transform, speed in zip(links, transforms, rate, strict=True):
-        ground = link.parent < 0
-        own = tuple(part * speed for part in link.motion)
-        before = (still, still) if ground else velocities[link.parent]
-        carried = transform.motion(before)
-        velocity = (carried[0] + own[0], carried[1] + own[1])
-        turning = motion_cross(velocity, (own[0], own[1]))
-        lifted = transform.motion((still, upwards) if ground else accelerations[link.parent])
-        acceleration = (lifted[0] + turning[0], lifted[1] + turning[1])
-        velocities.append(_short_pair(build, f"velocity_{link.joint}", velocity))
-        accelerations.append(_short_pair(build, f"lift_{link.joint}", acceleration))
-        inertial, coriolis = (
-            link.inertia.times(accelerations[-1]),
-            force_cross(velocities[-1], link.inertia.times(velocities[-1])),
-        )
-        forces.append((inertial[0] + coriolis[0], inertial[1] + coriolis[1]))
+        ground, own = link.parent < 0, link.motion * speed
+        velocity = transform.motion(still if ground else velocities[link.parent]) + own
+        lifted = transform.motion(upwards if ground else accelerations[link.parent])
+        velocities.append(_short_vector(build, f"velocity_{link.joint}", velocity))
+        accelerations.append(_short_vector(build, f"lift_{link.joint}", lifted + motion_cross(velocity, own)))
+        coriolis = force_cross(velocities[-1], link.inertia.times(velocities[-1]))
+        forces.append(link.inertia.times(accelerations[-1]) + coriolis)
     bias = np.empty(len(links), dtype=object)
     for number in reversed(range(len(links))):
-        link, force = links[number], _short_pair(build, f"force_{links[number].joint}", forces[number])
+        link, force = links[number], _short_vector(build, f"force_{links[number].joint}", forces[number])
         bias[number] = along(link.motion, force)
         if link.parent >= 0:
-            back, other = transforms[number].force_back(force), forces[link.parent]
-            forces[link.parent] = (other[0] + back[0], other[1] + back[1])
+            forces[link.parent] = forces[link.parent] + transforms[number].force_back(force)
     return build.each("bias", bias)
 
 
@@ -176,7 +157,7 @@ def _mass_matrix(build: Build, links: Sequence[Link], transforms: Sequence[Trans
         force, at = whole[number].times(link.motion), number
         matrix[number, number] = along(link.motion, force) + symbol(armature_quantity(link.joint))
         while links[at].parent >= 0:
-            force = _short_pair(build, f"reach_{link.joint}_{links[at].joint}", transforms[at].force_back(force))
+            force = _short_vector(build, f"reach_{link.joint}_{links[at].joint}", transforms[at].force_back(force))
             at = links[at].parent
             matrix[number, at] = matrix[at, number] = along(links[at].motion, force)
     return build.each("mass", matrix)
@@ -201,5 +182,5 @@ def _solved(build: Build, matrix: Values, wanted: Values) -> Values:
     return wanted
 
 
-def _short_pair(build: Build, name: str, pair: tuple[Values, Values]) -> tuple[Values, Values]:
-    return build.each(f"{name}_w", pair[0]), build.each(f"{name}_v", pair[1])
+def _short_vector(build: Build, name: str, vector: Motion | Force) -> Motion | Force:
+    return np.concatenate([build.each(f"{name}_w", vector[:3]), build.each(f"{name}_v", vector[3:])])

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sym2real.layout import Layout, Layouts
-from sym2real.robots.description import Description
+from sym2real.robots.description import Description, yaw_of
 from sym2real.robots.recipe import Recipe
 from sym2real.robots.robot import GRAVITY, Limits, MPPISettings, Robot
 from sym2real.trajectory import Array
@@ -61,11 +61,9 @@ def _to_control(actions: Array) -> Array:
 
 
 def _to_state(qpos: Array, qvel: Array) -> Array:
-    w, x, y, z = (qpos[..., index] for index in range(3, 7))
-    yaw = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
-    return np.stack(
-        [qpos[..., 0], qpos[..., 1], np.sin(yaw), np.cos(yaw), qvel[..., 0], qvel[..., 1], qvel[..., 5]], axis=-1
-    )
+    yaw = yaw_of(qpos)
+    parts = (qpos[..., 0], qpos[..., 1], np.sin(yaw), np.cos(yaw), qvel[..., 0], qvel[..., 1], qvel[..., 5])
+    return np.stack(parts, axis=-1)
 
 
 def _to_coordinates(state: Array) -> tuple[Array, Array]:

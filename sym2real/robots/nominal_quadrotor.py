@@ -67,12 +67,6 @@ class _Build:
         """The expressions become the next values of these columns."""
         self.next |= dict(zip(columns, expressions, strict=True))
 
-    def equations(self, layouts: Layouts, dt: float, robot: str) -> Equations:
-        """What was built."""
-        quantities = self.quantities
-        notes = (*self.notes, *unlikely_in_quadrotor(self.numbers["mass"], self.numbers))
-        return Equations(self.next, layouts, dt, quantities=quantities, robot=robot, notes=notes, numbers=self.numbers)
-
 
 def quadrotor(
     mass: float | None = None,
@@ -131,7 +125,9 @@ def quadrotor(
         else:
             middle = _free_rotation(build, moments, torque, dt)
     _translation(build, mass, middle, dt)
-    return build.equations(_layouts(interface, attitude, motors), dt, robot)
+    layouts, numbers = _layouts(interface, attitude, motors), build.numbers
+    remarks = (*build.notes, *unlikely_in_quadrotor(mass, numbers))
+    return Equations(build.next, layouts, dt, quantities=build.quantities, robot=robot, notes=remarks, numbers=numbers)
 
 
 def _layouts(interface: Interface, attitude: Attitude, motors: Motors | None) -> Layouts:
@@ -157,8 +153,7 @@ def _motors(build: _Build, motors: Motors | None, mass: float, attitude: Attitud
     external = symbols(TORQUE)
     if attitude == "measured":
         return external
-    turned = build.name(("torque_x", "torque_y", "torque_z"), motors.torques(forces))
-    return tuple(outside + rotors for outside, rotors in zip(external, turned, strict=True))
+    return external + build.name(("torque_x", "torque_y", "torque_z"), motors.torques(forces))
 
 
 def _translation(build: _Build, mass: float, attitude: Vector, dt: float) -> None:
@@ -171,60 +166,49 @@ def _translation(build: _Build, mass: float, attitude: Vector, dt: float) -> Non
 def _rate_loop(build: _Build, inertia: Sequence[float], gains: Sequence[float], torque: Vector, dt: float) -> Vector:
     """Rates follow their commands: ω̇ = K (ω_cmd - ω) + J⁻¹ (τ - ω × J ω), the last term at the mean rate."""
     rates, commands = symbols(RATES), symbols(COMMANDS["thrust_rates"][1:])
-    whole = [FirstOrder(gain, dt) for gain in gains]
-    half = [FirstOrder(gain, dt / 2) for gain in gains]
-    accelerations = [value / moment for value, moment in zip(torque, inertia, strict=True)]
-    at_start = build.name(START_DRIFT, [a + b for a, b in zip(accelerations, gyroscopic(inertia, rates), strict=True)])
-    rough = [loop.mean(*term) for loop, term in zip(whole, zip(rates, commands, at_start, strict=True), strict=True)]
-    turning = gyroscopic(inertia, build.name(ROUGH, rough))
-    drift = build.name(DRIFT, [a + b for a, b in zip(accelerations, turning, strict=True)])
-    terms = list(zip(rates, commands, drift, strict=True))
-    build.follow(RATES, [loop.end(*term) for loop, term in zip(whole, terms, strict=True)])
-    mean = [loop.mean(*term) for loop, term in zip(whole, terms, strict=True)]
-    first_half = [loop.mean(*term) for loop, term in zip(half, terms, strict=True)]
-    return _turned(build, mean, first_half, dt)
+    whole, half = FirstOrder(gains, dt), FirstOrder(gains, dt / 2)
+    accelerations = torque / inertia
+    at_start = build.name(START_DRIFT, accelerations + gyroscopic(inertia, rates))
+    rough = build.name(ROUGH, whole.mean(rates, commands, at_start))
+    drift = build.name(DRIFT, accelerations + gyroscopic(inertia, rough))
+    build.follow(RATES, whole.end(rates, commands, drift))
+    return _turned(build, whole.mean(rates, commands, drift), half.mean(rates, commands, drift), dt)
 
 
 def _free_rotation(build: _Build, inertia: Sequence[float], torque: Vector, dt: float) -> Vector:
     """J ω̇ = τ - ω × J ω by the mid-point rule."""
 
-    def acceleration(rates: Sequence[Expr]) -> Vector:
-        turning = gyroscopic(inertia, rates)
-        return tuple(value / moment + turned for value, moment, turned in zip(torque, inertia, turning, strict=True))
+    def acceleration(rates: Vector) -> Vector:
+        return torque / inertia + gyroscopic(inertia, rates)
 
     rates = symbols(RATES)
     drift = build.name(DRIFT, acceleration(rates))
-    middle = [rate + dt / 2 * change for rate, change in zip(rates, drift, strict=True)]
-    first_half = [rate + dt / 4 * change for rate, change in zip(rates, drift, strict=True)]
-    attitude = _turned(build, middle, first_half, dt)
-    changes = acceleration(symbols(MEAN))
-    build.follow(RATES, [rate + dt * change for rate, change in zip(rates, changes, strict=True)])
+    attitude = _turned(build, rates + dt / 2 * drift, rates + dt / 4 * drift, dt)
+    build.follow(RATES, rates + dt * acceleration(symbols(MEAN)))
     return attitude
 
 
-def _turned(build: _Build, mean: Sequence[Expr], first_half: Sequence[Expr], dt: float) -> Vector:
+def _turned(build: _Build, mean: Vector, first_half: Vector, dt: float) -> Vector:
     """Next attitude from the mean rates; returns the attitude at mid-step."""
     start = symbols(QUATERNION)
-    mean = build.name(MEAN, mean)
-    build.follow(QUATERNION, multiply(start, build.name(TURN, increment([dt * rate for rate in mean]))))
-    first_half = build.name(FIRST_HALF, first_half)
-    half_turn = build.name(HALF_TURN, increment([dt / 2 * rate for rate in first_half]))
+    turn = build.name(TURN, increment(dt * build.name(MEAN, mean)))
+    build.follow(QUATERNION, multiply(start, turn))
+    half_turn = build.name(HALF_TURN, increment(dt / 2 * build.name(FIRST_HALF, first_half)))
     return build.name(MIDDLE, multiply(start, half_turn))
 
 
 def _attitude_loop(build: _Build, time_constant: float, dt: float) -> Vector:
     """The attitude goes a fraction 1 - e^(-t/τ) of the short way to the command, along the chord."""
     start, wanted = symbols(QUATERNION), symbols(COMMANDS["thrust_attitude"][1:])
-    same_side = sign(sum(a * b for a, b in zip(start, wanted, strict=True)))
+    same_side = sign(start @ wanted)
 
     def towards(time: float) -> Vector:
         part = 1.0 - math.exp(-time / time_constant) if time_constant > 0 else 1.0
-        return tuple((1.0 - part) * a + part * same_side * b for a, b in zip(start, wanted, strict=True))
+        return (1.0 - part) * start + part * same_side * wanted
 
     build.follow(QUATERNION, towards(dt))
     middle = towards(dt / 2)
-    length = sqrt(sum(component**2 for component in middle))
-    return build.name(MIDDLE, [component / length for component in middle])
+    return build.name(MIDDLE, middle / sqrt((middle**2).sum()))
 
 
 def _scaled_motors(mass: float) -> Motors:

@@ -11,7 +11,7 @@ from sym2real.inertias import write_inertia
 from sym2real.robots.description import is_text, spec_of
 from sym2real.robots.mjcf_columns import failures_of
 from sym2real.robots.robot import Robot
-from sym2real.symbolic.origin import Origin
+from sym2real.symbolic.serialise import Origin
 from sym2real.trajectory import Array
 
 

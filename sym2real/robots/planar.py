@@ -18,6 +18,7 @@ import numpy as np
 from sym2real.errors import ModelError
 from sym2real.layout import Layout
 from sym2real.robots import mjcf_columns as columns
+from sym2real.robots.description import yaw_of
 from sym2real.trajectory import Array
 from sym2real.vocabulary import DRILLING, HEADING, TURNING_INERTIA, WRENCH, rate_per_speed, rate_per_turn
 
@@ -41,12 +42,6 @@ def asked(state: Iterable[str] | None) -> bool:
     if {*wanted} != {*STATE}:
         raise ModelError(f"expected {', '.join(STATE)} of a robot in a plane, found {', '.join(wanted)}")
     return True
-
-
-def yaw_of(qpos: Array, first: int = 3) -> Array:
-    """Heading in rad ``# (...)`` of the quaternion that begins at a place of qpos ``# (..., nq)``."""
-    w, x, y, z = (qpos[..., first + part] for part in range(4))
-    return np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 
 
 def facing_x(model: mujoco.MjModel, data: Any) -> Any:
@@ -127,7 +122,7 @@ class Wheels:
         numbers |= {TURNING_INERTIA: float(self.inertia(model, data)[1, 1]), DRILLING: drilling(model, data)}
         for actuator, column in actions.items():
             index = model.actuator(actuator).id
-            joint = model.joint(int(model.actuator_trnid[index, 0])).name
+            joint = columns.driven_joint(model, index)
             if columns.command_kind(model, index) == "velocity" and joint in ways:
                 ahead, turn = model.actuator_gear[index, 0] * ways[joint]
                 numbers |= {rate_per_speed(column): float(ahead), rate_per_turn(column): float(turn)}

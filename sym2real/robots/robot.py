@@ -131,13 +131,9 @@ class Robot:
 
     def __post_init__(self) -> None:
         columns = self.layouts.action.size
-        for name, values in (
-            ("low", self.low),
-            ("high", self.high),
-            ("rest", self.rest),
-            ("random_low", self.limits.random_low),
-            ("random_high", self.limits.random_high),
-        ):
+        given = {"low": self.low, "high": self.high, "rest": self.rest}
+        given |= {"random_low": self.limits.random_low, "random_high": self.limits.random_high}
+        for name, values in given.items():
             if values.shape != (columns,):
                 raise ShapeError(f"robot {self.name!r}: {name} needs {columns} numbers")
         if self.start.shape != (self.layouts.state.size,):

@@ -16,7 +16,6 @@ as of :mod:`sym2real.robots.multibody`, to ``J_per_speed`` (rad/m) and ``J_lever
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -53,44 +52,6 @@ WIDE = "wide wheels brake a turn by {:.3g} N m where they drill on the floor; ho
 MASSES = (MASS_AHEAD, "mass_both", MASS_TURNING)  # kg, kg m, kg m²
 
 
-@dataclass(frozen=True, eq=False)
-class _Body:
-    """What accelerates how.
-
-    Args:
-        wheels: on the axle.
-        forces: along their joints.
-        lever: where external forces act, in the body's axes, m ``# (2,)``.
-        drilling: of wheels with a width: its torque by the turning rate and the other torques.
-    """
-
-    wheels: Wheels
-    forces: Forces
-    lever: Sequence[float]
-    drilling: Callable[..., Expr]
-
-    def accelerations(self, build: Build, rates: Values) -> Values:
-        """Of the speed ahead (m/s²) and the turning (rad/s²) ``# (2,)``."""
-        names, (speed, turning) = self.wheels.names, rates
-        ways = [_way(name) for name in names]
-        of_wheels = [
-            build.name(rate_column(name), a * speed + b * turning) for name, (a, b) in zip(names, ways, strict=True)
-        ]
-        along = self.forces.at(exact(np.zeros(len(names))), np.array(of_wheels, dtype=object))
-        along = self.forces.held(of_wheels, build.each("drive", along))
-        torques = [build.name(f"torque_{name}", force) for name, force in zip(names, along, strict=True)]
-        centrifugal = symbol(MASS_MOMENT) * turning
-        forward, aside, (x, y) = symbol("push_ahead"), symbol("push_left"), self.lever
-        by_wheels = [sum(way[of] * torque for way, torque in zip(ways, torques, strict=True)) for of in (0, 1)]
-        ahead = build.name("force", by_wheels[0] + forward + centrifugal * turning)
-        turned = symbol("tz") + x * aside - y * forward - centrifugal * speed
-        turned = build.name("turned", by_wheels[1] + turned)
-        turn = build.name("moment", turned + self.drilling(turning, other=turned))
-        whole, mixed, spun = (symbol(name) for name in MASSES)
-        span = whole * spun - mixed**2
-        return build.each("acceleration", np.array([spun * ahead - mixed * turn, whole * turn - mixed * ahead]) / span)
-
-
 def rolling(model: mujoco.MjModel, data: Any, layouts: Layouts, actions: Mapping[str, str], dt: float) -> Equations:
     """Equations of a compiled MJCF.
 
@@ -123,7 +84,6 @@ def rolling(model: mujoco.MjModel, data: Any, layouts: Layouts, actions: Mapping
     moved = [1.0 / float(way @ np.linalg.solve(inertia, way)) for way in wheels.ways]
     forces = Forces(model, links, actions, build.part, moved)
     against = partial(dry_friction, symbol(DRILLING), dt=build.part, inertia=inertia[1, 1])
-    described = _Body(wheels, forces, lever, against)
     sine, cosine = symbol("sin_yaw"), symbol("cos_yaw")
     build.quantities |= {
         "push_ahead": symbol("fx") * cosine + symbol("fy") * sine,
@@ -132,7 +92,7 @@ def rolling(model: mujoco.MjModel, data: Any, layouts: Layouts, actions: Mapping
     speed = build.name("speed_ahead", symbol("vx") * cosine + symbol("vy") * sine)
     (moved, turned), (speed, turning) = stepped(
         build,
-        lambda _, rates: described.accelerations(build, rates),
+        lambda _, rates: _accelerations(build, rates, forces, lever, against),
         exact(np.zeros(2)),
         np.array([speed, symbol("wz")]),
     )
@@ -144,6 +104,38 @@ def rolling(model: mujoco.MjModel, data: Any, layouts: Layouts, actions: Mapping
     }
     following, notes = along_the_arc(turning), (WIDE.format(brakes),) if brakes else ()
     return Equations(following, layouts, dt, quantities=build.quantities, notes=notes)
+
+
+def _accelerations(
+    build: Build, rates: Values, forces: Forces, lever: Sequence[float], drilling: Callable[..., Expr]
+) -> Values:
+    """Of the speed ahead (m/s²) and the turning (rad/s²) ``# (2,)``.
+
+    Args:
+        build: takes intermediate results.
+        rates: the speed ahead, and the turning ``# (2,)``.
+        forces: along the wheels' joints.
+        lever: where external forces act, in the body's axes, m ``# (2,)``.
+        drilling: of wheels with a width: its torque by the turning rate and the other torques.
+    """
+    names, (speed, turning) = [link.joint for link in forces.links], rates
+    ways = [_way(name) for name in names]
+    of_wheels = [
+        build.name(rate_column(name), a * speed + b * turning) for name, (a, b) in zip(names, ways, strict=True)
+    ]
+    along = forces.at(exact(np.zeros(len(names))), np.array(of_wheels, dtype=object))
+    along = forces.held(of_wheels, build.each("drive", along))
+    torques = [build.name(f"torque_{name}", force) for name, force in zip(names, along, strict=True)]
+    centrifugal = symbol(MASS_MOMENT) * turning
+    forward, aside, (x, y) = symbol("push_ahead"), symbol("push_left"), lever
+    by_wheels = [sum(way[of] * torque for way, torque in zip(ways, torques, strict=True)) for of in (0, 1)]
+    ahead = build.name("force", by_wheels[0] + forward + centrifugal * turning)
+    turned = symbol("tz") + x * aside - y * forward - centrifugal * speed
+    turned = build.name("turned", by_wheels[1] + turned)
+    turn = build.name("moment", turned + drilling(turning, other=turned))
+    whole, mixed, spun = (symbol(name) for name in MASSES)
+    span = whole * spun - mixed**2
+    return build.each("acceleration", np.array([spun * ahead - mixed * turn, whole * turn - mixed * ahead]) / span)
 
 
 def _way(wheel: str) -> tuple[Expr, Expr]:

@@ -1,7 +1,7 @@
 """Spatial algebra (angular part first) over SymPy expressions, for equations of motion of trees of joints.
 
-Source: R. Featherstone, "Rigid Body Dynamics Algorithms", Springer 2008, chapters 2, 5 and 6. Vectors are arrays of
-expressions, in the axes of a link; a transformation leads from a link's parent to the link.
+Source: R. Featherstone, "Rigid Body Dynamics Algorithms", Springer 2008, chapters 2, 5 and 6. Motions and forces are
+arrays of six expressions, in the axes of a link; a transformation leads from a link's parent to the link.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ import numpy as np
 from sympy import Expr, cos, sin
 
 Values = Any  # NumPy array of expressions
-Motion = tuple[Values, Values]
-Force = tuple[Values, Values]
+Motion = Values  # angular and linear velocity, or acceleration # (6,)
+Force = Values  # moment and force # (6,)
 TINY = 1e-12
 
 
@@ -56,13 +56,13 @@ class Transform:
 
     def motion(self, motion: Motion) -> Motion:
         """A velocity or an acceleration of the parent, as the link's."""
-        angular, linear = motion
-        return self.turn @ angular, self.turn @ (linear - cross(self.place, angular))
+        angular, linear = np.split(motion, 2)
+        return np.concatenate([self.turn @ angular, self.turn @ (linear - cross(self.place, angular))])
 
     def force_back(self, force: Force) -> Force:
         """A moment and a force on the link, as on its parent."""
-        moment, linear = self.turn.T @ force[0], self.turn.T @ force[1]
-        return moment + cross(self.place, linear), linear
+        moment, linear = (self.turn.T @ part for part in np.split(force, 2))
+        return np.concatenate([moment + cross(self.place, linear), linear])
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,11 +84,9 @@ class Inertia:
 
     def times(self, motion: Motion) -> Force:
         """Momentum of a velocity, or the force of an acceleration."""
-        angular, linear = motion
-        return (
-            self.about_origin @ angular + cross(self.moment, linear),
-            self.mass * linear - cross(self.moment, angular),
-        )
+        angular, linear = np.split(motion, 2)
+        moment = self.about_origin @ angular + cross(self.moment, linear)
+        return np.concatenate([moment, self.mass * linear - cross(self.moment, angular)])
 
     def in_parent(self, transform: Transform) -> Inertia:
         """The same inertia about the parent's origin, in its axes."""
@@ -101,14 +99,16 @@ class Inertia:
 
 def motion_cross(velocity: Motion, motion: Motion) -> Motion:
     """Rate of change of a motion that moves with a link."""
-    return cross(velocity[0], motion[0]), cross(velocity[0], motion[1]) + cross(velocity[1], motion[0])
+    (turning, moving), (angular, linear) = np.split(velocity, 2), np.split(motion, 2)
+    return np.concatenate([cross(turning, angular), cross(turning, linear) + cross(moving, angular)])
 
 
 def force_cross(velocity: Motion, force: Force) -> Force:
     """Rate of change of a force that moves with a link."""
-    return cross(velocity[0], force[0]) + cross(velocity[1], force[1]), cross(velocity[0], force[1])
+    (turning, moving), (moment, linear) = np.split(velocity, 2), np.split(force, 2)
+    return np.concatenate([cross(turning, moment) + cross(moving, linear), cross(turning, linear)])
 
 
 def along(axis: Motion, force: Force) -> Expr:
     """Component of a force along a joint."""
-    return axis[0] @ force[0] + axis[1] @ force[1]
+    return axis[:3] @ force[:3] + axis[3:] @ force[3:]

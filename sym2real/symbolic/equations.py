@@ -16,10 +16,9 @@ from sym2real.layout import Layouts
 from sym2real.symbolic import printing
 from sym2real.symbolic.expressions import canonical, exchange, names_in, require_names, symbol
 from sym2real.symbolic.node_count import complexity
-from sym2real.symbolic.origin import Origin
 from sym2real.symbolic.parsing import parse_expression
 from sym2real.symbolic.predicting import Predicting
-from sym2real.symbolic.serialise import read_equations, write_equations
+from sym2real.symbolic.serialise import Origin, read_equations, write_equations
 
 EMPTY: Mapping[str, Any] = MappingProxyType({})
 
@@ -222,14 +221,14 @@ class Equations(Predicting):
             if name not in self.names:
                 raise UnknownNameError("symbol", name, self.names)
         replaced = exchange({symbol(name): canonical(value) for name, value in replacements.items()})
-        parts = {"next": self.next, "output": self.output, "quantities": self.quantities, "start": self.start}
+
+        def put_in(expressions: Mapping[str, Expr]) -> dict[str, Expr]:
+            return {name: replaced(expression) for name, expression in expressions.items()}
+
         changed: dict[str, Any] = {
-            part: {name: replaced(expression) for name, expression in expressions.items()}
-            for part, expressions in parts.items()
+            part: put_in(getattr(self, part)) for part in ("next", "output", "quantities", "start")
         }
-        filters = tuple(
-            (key, {name: replaced(value) for name, value in values.items()}) for key, values in self.filters
-        )
+        filters = tuple((key, put_in(values)) for key, values in self.filters)
         return replace(self, **changed, filters=filters, parameters={**self.parameters, **parameters})
 
     def at(self, **values: float) -> Equations:

@@ -15,6 +15,16 @@ Term = tuple[int, float]  # node, coefficient
 LONGEST_CHAIN = 3  # larger integer powers are squares of their half
 
 
+def operands_of(node: tuple[Any, ...]) -> Sequence[int]:
+    """The nodes that a node is made of."""
+    kind, *content = node
+    if kind in ("constant", "input"):
+        return ()
+    if kind == "product":
+        return tuple(content[0])
+    return tuple(term for term, _ in content[1]) if kind == "sum" else tuple(content)
+
+
 class Graph:
     """Nodes are tuples ``(kind, …)`` found by their number.
 
@@ -41,15 +51,8 @@ class Graph:
 
     def node(self, kind: str, *content: Any) -> int:
         """Number of the node, an earlier one where it exists already."""
-        if kind == "sum":
-            varies = any(self.varying[term] for term, _ in content[1])
-        elif kind == "product":
-            varies = any(self.varying[factor] for factor in content[0])
-        elif kind == "constant":
-            varies = False
-        else:
-            varies = any(self.varying[operand] for operand in content)
-        return self._number((kind, *content), varies)
+        node = (kind, *content)
+        return self._number(node, any(self.varying[operand] for operand in operands_of(node)))
 
     def constant(self, value: float) -> int:
         """The node of a number."""

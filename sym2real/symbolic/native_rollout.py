@@ -12,9 +12,8 @@ from sym2real.native import library
 from sym2real.symbolic.c_rollout import rollout_text
 from sym2real.symbolic.equations import Equations
 
-FEWEST = (
-    64  # samples of which a call is worth while: what differs along the first dimension alone is then laid out alone
-)
+# Samples of which a call is worth while: what differs along the first dimension alone is then laid out alone.
+FEWEST = 64
 
 
 class NativeRollout:

@@ -44,7 +44,7 @@ def parse_expression(text: str, names: Collection[str] | None = None) -> Expr:
         raise ModelError(f"expected an expression of at most {LONGEST_TEXT} characters, found {len(text)}")
     try:
         tree = ast.parse(text.strip(), mode="eval")
-        expression = _Reader(names).read(tree.body)
+        expression = _Reader(names).visit(tree.body)
     except (SyntaxError, ValueError, TypeError, ArithmeticError) as error:  # SymPy's of what is not real or finite
         raise ModelError(f"expected an expression, found {_short(text)}: {error}") from error
     except (RecursionError, MemoryError) as error:
@@ -62,7 +62,7 @@ def _short(text: str) -> str:
     return repr(text if len(text) <= 80 else text[:77] + "…")
 
 
-class _Reader:
+class _Reader(ast.NodeVisitor):
     """Syntax trees to SymPy; a :class:`ModelError` names the part that is not in the grammar.
 
     Args:
@@ -72,28 +72,25 @@ class _Reader:
     def __init__(self, names: Collection[str] | None) -> None:
         self.names = names
 
-    def read(self, node: ast.AST) -> Expr:
-        """A number or a condition, by the kind of the node."""
-        reader: Callable[[_Reader, ast.AST], Expr] | None = READERS.get(type(node))
-        if reader is None:
-            raise ModelError(f"{type(node).__name__} is not allowed in an expression: {_short(_source(node))}")
-        return reader(self, node)
+    def generic_visit(self, node: ast.AST) -> Expr:
+        """What has no method of its own is in no expression."""
+        raise ModelError(f"{type(node).__name__} is not allowed in an expression: {_short(_source(node))}")
 
     def number(self, node: ast.AST) -> Expr:
         """An operand of arithmetic."""
-        value = self.read(node)
+        value = self.visit(node)
         if not isinstance(value, Expr):
             raise ModelError(f"expected a number, found a condition: {_short(_source(node))}")
         return value
 
     def condition(self, node: ast.AST) -> Expr:
         """An operand of logic, which SymPy keeps apart from numbers."""
-        value = self.read(node)
+        value = self.visit(node)
         if isinstance(value, Expr):
             raise ModelError(f"expected a condition, found a number: {_short(_source(node))}")
         return value
 
-    def constant(self, node: ast.Constant) -> Expr:
+    def visit_Constant(self, node: ast.Constant) -> Expr:
         """Integers stay exact, so that ratios of them do."""
         value = node.value
         if isinstance(value, bool):
@@ -104,7 +101,7 @@ class _Reader:
             return sympy.Float(value)
         raise ModelError(f"expected a finite real number, found {_short(repr(value))}")
 
-    def name(self, node: ast.Name) -> Expr:
+    def visit_Name(self, node: ast.Name) -> Expr:
         """A column or parameter; it goes before a constant of the same name."""
         if self.names is not None and node.id in self.names:
             return symbol(node.id)
@@ -114,7 +111,7 @@ class _Reader:
             raise UnknownNameError("symbol", node.id, self.names)
         return symbol(node.id)
 
-    def binary(self, node: ast.BinOp) -> Expr:
+    def visit_BinOp(self, node: ast.BinOp) -> Expr:
         """``+ - * / **`` of numbers, ``& |`` of conditions."""
         operation = OPERATORS.get(type(node.op))
         if operation is None:
@@ -123,7 +120,7 @@ class _Reader:
         read = self.condition if isinstance(node.op, ast.BitAnd | ast.BitOr) else self.number
         return operation(read(node.left), read(node.right))
 
-    def unary(self, node: ast.UnaryOp) -> Expr:
+    def visit_UnaryOp(self, node: ast.UnaryOp) -> Expr:
         """``- +`` of a number, ``~`` or ``not`` of a condition."""
         match node.op:
             case ast.USub():
@@ -133,7 +130,7 @@ class _Reader:
             case _:
                 return sympy.Not(self.condition(node.operand))
 
-    def comparison(self, node: ast.Compare) -> Expr:
+    def visit_Compare(self, node: ast.Compare) -> Expr:
         """A chain, as ``0 < x <= 1``, is the conjunction of its links."""
         sides = [self.number(side) for side in (node.left, *node.comparators)]
         relations = []
@@ -143,12 +140,12 @@ class _Reader:
             relations.append(COMPARISONS[type(operator)](left, right))
         return sympy.And(*relations)
 
-    def boolean(self, node: ast.BoolOp) -> Expr:
+    def visit_BoolOp(self, node: ast.BoolOp) -> Expr:
         """``and`` and ``or`` of conditions."""
         join = sympy.And if isinstance(node.op, ast.And) else sympy.Or
         return join(*(self.condition(value) for value in node.values))
 
-    def call(self, node: ast.Call) -> Expr:
+    def visit_Call(self, node: ast.Call) -> Expr:
         """A function of :data:`FUNCTIONS`, a comparison by its SymPy name, or ``Piecewise``."""
         if not isinstance(node.func, ast.Name) or node.keywords:
             raise ModelError(f"expected the call of a named function, found {_short(_source(node))}")
@@ -198,14 +195,3 @@ def _source(node: ast.AST) -> str:
         return ast.unparse(node)
     except (RecursionError, ValueError):
         return type(node).__name__
-
-
-READERS: dict[type[ast.AST], Callable[..., Expr]] = {
-    ast.Constant: _Reader.constant,
-    ast.Name: _Reader.name,
-    ast.BinOp: _Reader.binary,
-    ast.UnaryOp: _Reader.unary,
-    ast.Compare: _Reader.comparison,
-    ast.BoolOp: _Reader.boolean,
-    ast.Call: _Reader.call,
-}

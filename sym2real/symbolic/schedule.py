@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
-from sym2real.symbolic.graph import Graph, Term
+from sym2real.symbolic.graph import Graph, Term, operands_of
 from sym2real.symbolic.program import Instruction, Program
 
 Operand = int | tuple[str, Any]  # number of an instruction, or a leaf
@@ -22,19 +22,10 @@ def _uses(graph: Graph, outputs: Sequence[int]) -> Counter[int]:
         number = waiting.pop()
         if number not in seen:
             seen.add(number)
-            operands = _operands(graph, number)
+            operands = operands_of(graph.nodes[number])
             uses.update(operands)
             waiting += operands
     return uses
-
-
-def _operands(graph: Graph, number: int) -> Sequence[int]:
-    kind, *content = graph.nodes[number]
-    if kind in ("constant", "input"):
-        return ()
-    if kind == "product":
-        return tuple(content[0])
-    return tuple(node for node, _ in content[1]) if kind == "sum" else tuple(content)
 
 
 class _Writer:
@@ -97,11 +88,8 @@ class _Writer:
 
     def _scaled(self, node: int, coefficient: float) -> Operand:
         value = self.write(node)
-        if coefficient == 1.0:
-            return value
-        return self._emit("negate", value) if coefficient == -1.0 else self._times(value, coefficient)
-
-    def _times(self, value: Operand, coefficient: float) -> int:
+        if abs(coefficient) == 1.0:
+            return value if coefficient > 0.0 else self._emit("negate", value)
         return self._emit("multiply", value, ("constant", coefficient))
 
     def _sum(self, offset: float, terms: Sequence[Term]) -> Operand:

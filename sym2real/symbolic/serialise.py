@@ -13,7 +13,6 @@ from sym2real.errors import ModelError
 from sym2real.field import Group
 from sym2real.layout import Layouts
 from sym2real.symbolic.expressions import text
-from sym2real.symbolic.origin import Origin
 
 if TYPE_CHECKING:
     from sym2real.symbolic.equations import Equations
@@ -47,6 +46,28 @@ def write_equations(equations: Equations) -> str:
 
 
 Values = TypeVar("Values")
+
+
+class Origin(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A robot from an MJCF, as :func:`sym2real.robots.from_mjcf.from_mjcf` makes it again.
+
+    Args:
+        mjcf: the description, which needs no file beside it.
+        name: of the robot.
+        title: what people call it.
+        actions: every actuator that is commanded, and its column.
+        state: columns of the state.
+        dt: control period in s.
+        numbers: of the robot by name, SI units.
+    """
+
+    mjcf: str
+    name: str
+    title: str
+    actions: tuple[tuple[str, str], ...]
+    state: tuple[str, ...]
+    dt: float
+    numbers: tuple[tuple[str, float], ...]
 
 
 class Chosen(msgspec.Struct, Generic[Values], forbid_unknown_fields=True):

@@ -93,7 +93,8 @@ def remove_all(folder: Path, names: Iterable[str]) -> None:
 def is_part_of_model(file: str | Path) -> bool:
     """Whether a file is one of those that a saved model consists of."""
     place = Path(file).resolve()
-    return place.name in (*PARTS, *NEURAL, TRAINING) and any(map(Path.exists, _bases(place.parent)))
+    bases = (place.with_name(name) for name in (EQUATIONS, ENSEMBLE))
+    return place.name in (*PARTS, *NEURAL, TRAINING) and any(map(Path.exists, bases))
 
 
 def load_model(folder: str | Path, *, below: bool = False) -> Equations:
@@ -185,10 +186,6 @@ def _no_model(folder: Path) -> DataError:
     actual = "none in it" if folder.is_dir() else "a file" if folder.exists() else "no such folder"
     hint = f"; did you mean {' or '.join(models)}?" if models else ""
     return DataError(folder, f"a model folder, which holds {EQUATIONS}", actual + hint)
-
-
-def _bases(folder: Path) -> tuple[Path, ...]:
-    return folder / EQUATIONS, folder / ENSEMBLE
 
 
 def _digest(source: str) -> str:

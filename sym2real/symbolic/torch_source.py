@@ -10,20 +10,18 @@ from functools import cached_property
 
 from sym2real.symbolic.program import Program
 
+# Torch calls the others as operations are named here.
 CALLS = {
-    "divide": "torch.div",
-    "negate": "torch.neg",
-    "reciprocal": "torch.reciprocal",
-    "power": "torch.pow",
-    "minimum": "torch.minimum",
-    "maximum": "torch.maximum",
-    "select": "torch.where",
-    "less": "torch.lt",
-    "less_equal": "torch.le",
-    "equal": "torch.eq",
-    "and": "torch.logical_and",
-    "or": "torch.logical_or",
-    "not": "torch.logical_not",
+    "divide": "div",
+    "negate": "neg",
+    "power": "pow",
+    "select": "where",
+    "less": "lt",
+    "less_equal": "le",
+    "equal": "eq",
+    "and": "logical_and",
+    "or": "logical_or",
+    "not": "logical_not",
 }
 
 
@@ -97,7 +95,7 @@ class TorchLines:
             return self._addition(operation, *operands)
         if operation == "multiply":
             return f"{self.name(operands[0])} * {self.name(operands[1])}"
-        return f"{CALLS.get(operation, 'torch.' + operation)}({', '.join(map(self.name, operands))})"
+        return f"torch.{CALLS.get(operation, operation)}({', '.join(map(self.name, operands))})"
 
     def _addition(self, operation: str, left: int, right: int) -> str:
         sign = 1.0 if operation == "add" else -1.0

@@ -19,7 +19,6 @@ class Errors:
     """
 
     title: str
-    reading: str
     rows: Sequence[tuple[str, str, Array, float, float]]
     horizon: int
 
@@ -53,9 +52,8 @@ class Card:
 
 @dataclass(frozen=True)
 class Cards:
-    """Effects."""
+    """Effects that the model lacks."""
 
-    title: str
     cards: Sequence[Card]
 
 

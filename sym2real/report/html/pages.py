@@ -13,22 +13,17 @@ from sym2real.diagnosis.faults.sanity import check
 from sym2real.report.adaptation import rounds_charts, rounds_table
 from sym2real.report.diagnosis import gate_line, prediction_lines
 from sym2real.report.horizons import ladder_charts
-from sym2real.report.html.accuracy import accuracy
 from sym2real.report.html.added import curves
-from sym2real.report.html.failing import failing
 from sym2real.report.html.formulas import formulas
-from sym2real.report.html.missing import missing
 from sym2real.report.html.observed import observe
 from sym2real.report.html.page import Figures, Lines, Page, Part, Section
-from sym2real.report.html.remaining import remaining
 from sym2real.report.html.render import write_page
+from sym2real.report.html.sections import accuracy, failing, missing, remaining
 from sym2real.report.html.sentences import plain, sentence, sentences
 from sym2real.report.html.variants import Given, Predicting, Switch, WithFindings
 from sym2real.report.ladder import ladder_table
 from sym2real.report.tables import number
 from sym2real.symbolic import Equations
-
-ADDED = "What happens when it is added?"
 
 
 def comparison_page(model: Predicting, data: Dataset, comparison: Comparison, title: str) -> Page:
@@ -102,7 +97,7 @@ def model_page(
         facts += [("hypotheses", str(diagnosis.tried)), ("time taken", f"{diagnosis.seconds:.0f} s")]
     if added is not None:
         equations = formulas(variants.base, variants.findings) if isinstance(variants, WithFindings) else []
-        sections.append(Section("added", ADDED, (*added, drawn, *equations)))
+        sections.append(Section("added", "What happens when it is added?", (*added, drawn, *equations)))
     return Page(
         title,
         summary or _summary(comparison),

@@ -7,12 +7,15 @@ from typing import Any
 import mujoco
 
 from sym2real.field import is_name
+from sym2real.vocabulary import EULER_ANGLES, VOCABULARY
 
+# What a column of that name means of any robot: no joint is a position, and no actuator a wind.
+STANDARD = {*EULER_ANGLES, *(column for group, field in VOCABULARY if group != "action" for column in field.columns)}
 ON_JOINT = (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT)
 
 
 def give_names(spec: mujoco.MjSpec) -> dict[str, str]:
-    """Name joints and actuators so that they can be columns, and let what refers to them follow.
+    """Name joints and actuators so that they can be columns of their own, and let what refers to them follow.
 
     Joints of tendons keep their names, to which a tendon's path is bound. An actuator without a name is called as the
     joint that it moves.
@@ -37,13 +40,13 @@ def named_in(file: Path) -> dict[str, str]:
 
 
 def _given(kind: str, elements: list[tuple[Any, str]]) -> dict[str, str]:
-    """Give names where there is none that can be a column; by default those beside them."""
+    """Give names where there is none that can be a column of its own; by default those beside them."""
     taken, renamed = {element.name for element, _ in elements}, {}
     for number, (element, default) in enumerate(elements):
-        if is_name(element.name):
+        if _free(element.name):
             continue
         plain = re.sub(r"\W", "_", element.name or default, flags=re.ASCII)
-        plain = plain if is_name(plain) else f"{kind}_{plain}"
+        plain = plain if _free(plain) else f"{kind}_{plain}"
         new, count = plain, 1
         while new in taken:
             count += 1
@@ -52,6 +55,10 @@ def _given(kind: str, elements: list[tuple[Any, str]]) -> dict[str, str]:
         label = f"{kind} {element.name}" if element.name else f"unnamed {kind} {number}"
         renamed[label] = element.name = new
     return renamed
+
+
+def _free(name: str) -> bool:
+    return is_name(name) and name not in STANDARD
 
 
 def _follow(spec: mujoco.MjSpec, kind: mujoco.mjtObj, named: dict[str, str]) -> None:

@@ -28,6 +28,7 @@ CASES: list[Case] = [
     (Q, "added_mass", {"value": 0.0025}, 0.999, 0.01),
     (Q, "added_mass", {"value": 0.005}, 0.999, 0.01),
     (Q, "payload", {"mass": 0.005, "rx": 0.02, "ry": -0.01}, 0.998, 0.02),
+    (Q, "payload", {"mass": 0.005, "rx": 0.03, "ry": -0.035}, 0.998, 0.02),
     # Its gyroscopic torque is held over a step, in which the rate loop changes the rates by half.
     (Q, "inertia_axes", {"roll": 0.2}, 0.998, 0.03),
     (Q, "inertia_axes", {"roll": -0.1, "coupling": -0.25}, 0.998, 0.03),

@@ -44,7 +44,7 @@ def verdict(parts: Parts, problems: Problems, *, finished: bool = True) -> Verdi
     tell. A fault alone is the answer only where nothing is left once it is undone.
     Where predictions judge nothing, an effect is the answer if errors fall all the same or nothing else is missing.
     Nor is it one where something is left and errors stay far from what noise and disturbances make, or most of the
-    misfit stays.
+    misfit or of every judged error stays.
     Nothing is missing where no error is larger by a tenth without any of the findings, nor without all of them. What
     commands between the rows may have done is no effect, nor is a threshold that leaves something of its command.
     """
@@ -53,7 +53,8 @@ def verdict(parts: Parts, problems: Problems, *, finished: bool = True) -> Verdi
     borne_out = gate.before is None or gate.beats_hold or gate.fallen
     clear = any(not (finding.doubtful or _of_another_form(finding, leftovers)) for finding in findings)
     removed = sum(finding.share for finding in findings)
-    far = removed < SETTINGS.mostly or bool(beyond_times(parts.ladder, parts.floor, SETTINGS.far))
+    stays = removed < SETTINGS.mostly or (gate.best is not None and gate.best.part < SETTINGS.mostly)
+    far = stays or bool(beyond_times(parts.ladder, parts.floor, SETTINGS.far))
     established = clear and gate.passed and not (unexplained and (far or not borne_out))
     if problems.block_count < SETTINGS.fewest_pieces or not (finished or established):
         return "CANNOT_TELL"
@@ -178,7 +179,8 @@ def _not_borne_out(findings: Sequence[Finding], gate: Gate) -> str:
     if gate.best is None or not gate.beats_hold:
         return "no prediction of these logs is good enough to decide"
     if gate.fallen:
-        return f"most of the misfit stays, or errors more than {SETTINGS.far:g} times what noise and disturbances make"
+        times = f"errors more than {SETTINGS.far:g} times what noise and disturbances make"
+        return f"most of the misfit or of every error stays, or {times}"
     return f"no held-out error surely falls by {100 * SETTINGS.worth_saying:.0f} %: that {gate.best.text}"
 
 

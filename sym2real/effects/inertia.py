@@ -20,7 +20,7 @@ The exponential of A dt = s I + N, of trace zero in N, is e^(-s) (cosh q I - sin
 from typing import Any
 
 import numpy as np
-from sympy import Expr, Matrix, exp, sqrt
+from sympy import Expr, Integer, Matrix, exp
 
 from sym2real.effects import truth
 from sym2real.effects.body import Body
@@ -31,7 +31,7 @@ from sym2real.effects.wrench import apply_wrench
 from sym2real.symbolic import Equations
 from sym2real.vocabulary import RATE, RATE_COMMAND
 
-NEAR_ZERO = 1e-6  # of q², where sinh q/q divides by it
+TERMS = 4  # of cosh q and sinh q/q in q² behind the first, where q is hardly ever beyond one
 MOST = 0.65  # where both are as large, the inertia about every axis is still positive
 
 
@@ -48,8 +48,9 @@ def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
     torques = Matrix([other_torque(equations, loop.axis) for loop in loops])
     stiffness = Matrix.diag(*(loop.inertia * loop.gain for loop in loops))
     aims = Matrix([loop.command for loop in loops]) + stiffness.inv() * (torques - rates.cross(more * rates))
-    inertia = Matrix.diag(*(loop.inertia for loop in loops)) + more
-    level = inertia[:2, :2].inv() * stiffness[:2, :2] * equations.dt
+    inertia = (Matrix.diag(*(loop.inertia for loop in loops)) + more)[:2, :2]
+    # Not by elimination, which may divide by what is null.
+    level = inertia.adjugate() / inertia.det() * stiffness[:2, :2] * equations.dt
     left = Matrix.diag(_exponential(level), loops[2].kept)
     ends = aims + left * (rates - aims)
     return apply_wrench(
@@ -60,12 +61,14 @@ def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
 
 
 def _exponential(matrix: Matrix) -> Matrix:
-    """e to the power of minus a two by two matrix with real eigenvalues."""
+    """e to the power of minus a two by two matrix with real eigenvalues, in powers of half their distance."""
     half: Expr = matrix.trace() / 2
     rest = matrix - half * Matrix.eye(2)
-    root = sqrt(rest[0, 0] ** 2 + rest[0, 1] * rest[1, 0] + NEAR_ZERO)
-    slow, fast = exp(root - half), exp(-root - half)
-    return (slow + fast) / 2 * Matrix.eye(2) - (slow - fast) / (2 * root) * rest
+    square = rest[0, 0] ** 2 + rest[0, 1] * rest[1, 0]
+    even = odd = Integer(1)
+    for last in range(2 * TERMS, 0, -2):
+        even, odd = 1 + square / (last * (last - 1)) * even, 1 + square / (last * (last + 1)) * odd
+    return exp(-half) * (even * Matrix.eye(2) - odd * rest)
 
 
 def _turn_axes(spec: Any, body: Body, values: Numbers) -> None:

@@ -4,7 +4,8 @@
 
 ``joint_friction``. Dry (Coulomb) friction of a joint: τ = -c sign(q̇), and what holds it where it stands.
 
-``joint_stiffness``. A spring pulls a joint to its zero: τ = -k q. A cable or a hose, a flexure, a counterbalance.
+``joint_stiffness``. A spring pulls a joint to where one of its description rests, else to its zero: τ = -k (q - q_0). A
+cable or a hose, a flexure, a counterbalance.
 
 ``armature``. Inertia that turns or slides with a joint's motor: M_jj → M_jj + a.
 
@@ -147,23 +148,22 @@ def _joint_stiffness_parameters(body: Body) -> tuple[Parameter, ...]:
 def _joint_stiffness_substitute(equations: Equations, values: Values, body: Body) -> Equations:
     """A force is held for a period: that of its middle, or what it comes too late by would count as damping -½ dt k."""
     middle = symbol(body.column) + equations.dt / 2 * symbol(rate_column(body.column))
-    return apply_joint_force(equations, body, -values["value"] * middle)
+    rest = body.numbers.get(f"{body.column}_rest", 0.0)
+    return apply_joint_force(equations, body, -values["value"] * (middle - rest))
 
 
 def _pull(spec: Any, body: Body, values: Numbers) -> None:
-    """MuJoCo's stiffness of a joint; beside a spring that rests elsewhere the two rest in between."""
     joint = spec.joint(body.column)
-    own, both = joint.stiffness[0], joint.stiffness[0] + values["value"]
-    joint.springref *= own / both if both > 0.0 else 1.0
-    joint.stiffness[0] = both  # of a polynomial in the deflection
+    joint.springref = joint.springref if joint.stiffness[0] else 0.0
+    joint.stiffness[0] += values["value"]  # of a polynomial in the deflection
 
 
 JOINT_STIFFNESS = _of_joint(
     name="joint_stiffness",
     stage="wrench",
     parameters=_joint_stiffness_parameters,
-    formula=r"\tau = -k\,q",
-    summary="A spring pulls a joint to its zero.",
+    formula=r"\tau = -k\,(q - q_0)",
+    summary="A spring pulls a joint to its zero, or to where the joint's own spring rests.",
     confused_with="gravity on a link that hangs, in small motion; a servo's gain",
     shown_by="motion of the joint far to both sides of its zero",
     fix="put the spring into the model; free the cable, or take the counterbalance off",

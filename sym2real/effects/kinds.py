@@ -10,9 +10,10 @@ FILES = {
     "attitude_commands": ("attitude_trim", "attitude_gain"),
     "curves": ("steering_curve", "speed_curve"),
     "thrusts": (
-        *("added_mass", "payload", "thrust_curve", "battery_sag"),
+        *("added_mass", "thrust_curve", "battery_sag"),
         *("com_offset", "rotor_loss", "ground_effect"),
     ),
+    "payload": ("payload",),
     "motors": ("torque_bias", "torque_scale", "motor_lag"),
     "loops": ("rate_loop_gain", "attitude_loop", "speed_loop", "rate_damping"),
     "inertia": ("inertia_axes",),

@@ -5,8 +5,6 @@ stays.
 
 Masses add up: on equations that have a mass already, m₀ is that of the robot which carries it.
 
-``payload``. A load at an arm: mass as ``added_mass``, and the centre of mass at r = m_p·arm/(m₀ + m_p).
-
 ``thrust_curve``. Thrust that bends against its command: T → T₀ (T/T₀)^p, T₀ the hover thrust.
 
 ``battery_sag``. Thrust that fades as the battery empties: T (1 - s·t), or T (1 - s·(V₀ - V)) where the voltage is an
@@ -32,7 +30,7 @@ from sympy import Expr, Max, exp
 from sym2real.effects import simulated_rotors, truth
 from sym2real.effects.body import GRAVITY, Body
 from sym2real.effects.commands import LEAST, MOST
-from sym2real.effects.kind import NOT_NEGATIVE, Domain, Kind, Numbers, Parameter, Values, of_any_body
+from sym2real.effects.kind import Domain, Kind, Numbers, Parameter, Values, of_any_body
 from sym2real.effects.rotors import alone, driven_by_motors, levers, motor_sums, shares
 from sym2real.effects.searching import Searching, Shown
 from sym2real.effects.terms import acting_thrust, defined, hover_thrust, scaled, with_time
@@ -82,51 +80,6 @@ ADDED_MASS = _of_rotorcraft(
     needs=("thrust",),
     numbers=("mass",),
     distinguished_by="scales do: weigh the robot",
-)
-
-
-RADIUS = 0.003  # m, of the ball that the truth hangs on the robot
-
-
-def _payload_parameters(body: Body) -> tuple[Parameter, ...]:
-    mass = body.numbers.get("mass", 1.0)
-    arms = [Parameter(name, "m", null=0.0, low=-0.2, high=0.2, scale=0.02, domain=WITHIN) for name in ("rx", "ry")]
-    return (
-        Parameter("mass", "kg", null=0.0, low=0.0, high=2.0 * mass, scale=0.1 * mass, domain=NOT_NEGATIVE),
-        *arms,
-        Parameter("rz", "m", null=0.0, low=-0.2, high=0.2, scale=0.02, fitted=False, domain=WITHIN),
-    )
-
-
-def _parts(values: Values, body: Body) -> tuple[tuple[Kind, Values], ...]:
-    share = values["mass"] / (body.mass + values["mass"])
-    centre = {name: share * values[name] for name in ("rx", "ry", "rz")}
-    return ((ADDED_MASS, {"value": values["mass"]}), (COM_OFFSET, centre))
-
-
-def _hang(spec: Any, body: Body, values: Numbers) -> None:
-    """A ball welded to the robot: MuJoCo finds mass, centre and inertia itself."""
-    if mass := values["mass"]:
-        place = [values[name] for name in ("rx", "ry", "rz")]
-        truth.weld(truth.free_body(spec), place, mass, [0.4 * mass * RADIUS**2] * 3)
-
-
-PAYLOAD = _of_rotorcraft(
-    name="payload",
-    stage="mass",
-    parameters=_payload_parameters,
-    formula=r"T, F \to \frac{m_0}{m_0 + m_p}\,(T, F), \quad \tau = -\frac{m_p\,r}{m_0 + m_p} \times T e_3",
-    summary="A load hangs on the robot, away from its centre of mass.",
-    confused_with="added mass, where it hangs near the centre; its arm with a centre of mass that is off",
-    shown_by="thrust that varies, for the arm; weighing, for the mass",
-    fix="take the load into the model's mass and centre of mass, or carry it under the centre",
-    inject=truth.editing(_hang),
-    of_joints="load",
-    parts=_parts,
-    needs=("thrust", "wx", "wy"),
-    numbers=("mass",),
-    counts_as=("added_mass", "com_offset"),
-    searching=Searching(why_not=lambda _: "added_mass and com_offset stand for it together"),
 )
 
 

@@ -249,7 +249,8 @@ def _period(model: mujoco.MjModel, dt: float | None) -> float:
 
 
 def _joint_numbers(model: mujoco.MjModel, masses: Array) -> dict[str, float]:
-    """Of each joint what a force moves while all others are held, and while none is, and what brakes it by the file.
+    """Of each joint what a force moves while all others are held, and while none is, what brakes it by the file, and
+    where its spring rests, if it has one.
 
     Args:
         masses: ``# (nv, nv)``.
@@ -260,7 +261,9 @@ def _joint_numbers(model: mujoco.MjModel, masses: Array) -> dict[str, float]:
     numbers = {f"{name}_inertia": float(held[place]) for name, place in places.items()}
     numbers |= {f"{name}_alone": float(free[place]) for name, place in places.items()}
     brakes = braking(model)
-    return numbers | {f"{name}_braking": float(brakes[place]) for name, place in places.items()}
+    numbers |= {f"{name}_braking": float(brakes[place]) for name, place in places.items()}
+    sprung = (model.joint(joint) for joint in single if model.jnt_stiffness[joint])
+    return numbers | {f"{joint.name}_rest": float(model.qpos_spring[joint.qposadr[0]]) for joint in sprung}
 
 
 def _ranges(action: Layout, low: Array, high: Array) -> dict[str, float]:

@@ -157,9 +157,11 @@ def actions_of(model: mujoco.MjModel, wanted: Mapping[str, str]) -> Layout:
             raise UnknownNameError("actuator", name, known)
         index = known.index(name)
         field, unit = _quantity_of(model, index)
-        usual = next(
-            (standard for group, standard in VOCABULARY if group == "action" and column in standard.columns), None
-        )
+        usual = next((standard for _, standard in VOCABULARY if column in standard.columns), None)
+        if usual is not None and driven_joint(model, index):
+            raise ModelError(
+                f"actuator {name!r}, on a joint: expected another column than {column}, which is a {usual.name}"
+            )
         columns.append((column, usual or Field(field, (column,), unit, "body")))
     return layout_of(columns)
 

@@ -9,8 +9,8 @@ import mujoco
 from sym2real.field import is_name
 from sym2real.vocabulary import EULER_ANGLES, VOCABULARY
 
-# What a column of that name means of any robot: no joint is a position, and no actuator a wind.
-STANDARD = {*EULER_ANGLES, *(column for group, field in VOCABULARY if group != "action" for column in field.columns)}
+# Of columns that mean the same of any robot: no joint is a position, no actuator a wind, and its motor is no rotor.
+STANDARD = {*EULER_ANGLES, *(column for _, field in VOCABULARY for column in field.columns)}
 ON_JOINT = (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT)
 
 
@@ -43,10 +43,10 @@ def _given(kind: str, elements: list[tuple[Any, str]]) -> dict[str, str]:
     """Give names where there is none that can be a column of its own; by default those beside them."""
     taken, renamed = {element.name for element, _ in elements}, {}
     for number, (element, default) in enumerate(elements):
-        if _free(element.name):
+        if _fits(element, element.name):
             continue
         plain = re.sub(r"\W", "_", element.name or default, flags=re.ASCII)
-        plain = plain if _free(plain) else f"{kind}_{plain}"
+        plain = plain if _fits(element, plain) else f"{kind}_{plain}"
         new, count = plain, 1
         while new in taken:
             count += 1
@@ -57,8 +57,10 @@ def _given(kind: str, elements: list[tuple[Any, str]]) -> dict[str, str]:
     return renamed
 
 
-def _free(name: str) -> bool:
-    return is_name(name) and name not in STANDARD
+def _fits(element: Any, name: str) -> bool:
+    """Whether a name can be the column of a joint or an actuator; what acts at a site is of a body that flies."""
+    at_site = getattr(element, "trntype", ON_JOINT[0]) not in ON_JOINT
+    return is_name(name) and (at_site or name not in STANDARD)
 
 
 def _follow(spec: mujoco.MjSpec, kind: mujoco.mjtObj, named: dict[str, str]) -> None:

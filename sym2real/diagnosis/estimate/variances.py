@@ -13,6 +13,8 @@ from dataclasses import dataclass, replace
 import torch
 from torch import Tensor
 
+from sym2real.logs.noise import SMALLEST_NOISE
+
 STEPS = 15
 LEAST, MOST = 1e-8, 1e6
 ROUNDING = 1e-12  # of a sum of squares: hundreds of rows, each rounded to 1e-16, in tens of columns
@@ -88,7 +90,7 @@ def most_likely(products: Products, sensor: Tensor, power: Tensor) -> tuple[Tens
     """Variances of channels ``# (C,)`` and of disturbances ``# (D,)`` after :data:`STEPS` steps from those given."""
     for _ in range(STEPS):
         (squares, trace), (hits, masses) = _factors(products, sensor, power)
-        sensor = sensor * (squares / trace).sqrt()
+        sensor = (sensor * (squares / trace).sqrt()).clamp_min(SMALLEST_NOISE**2)  # what stands still misses nothing
         power = (power * (hits / masses.clamp_min(1e-300)).sqrt()).clamp(LEAST, MOST)
     return sensor, power
 

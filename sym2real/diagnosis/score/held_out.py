@@ -26,6 +26,7 @@ from sym2real.diagnosis.search.needed import fold_of_log, judged_horizons, left_
 from sym2real.diagnosis.search.select import Selection, parameter_set
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.json_objects import fields_of, plain
+from sym2real.logs.noise import SMALLEST_NOISE
 
 
 @dataclass(frozen=True)
@@ -93,6 +94,8 @@ class Gate:
         for horizon, errors in self.before.horizons.items():
             for name in judged(errors):
                 error, after = errors[name], self.after.horizons[horizon][name]
+                if max(error.value, after.value) <= SMALLEST_NOISE:  # it stands still
+                    continue
                 part, (low, high) = 1.0 - after.value / max(error.value, 1e-12), after.ratio_to(error)
                 apart = error.low < error.high and after.low > error.high
                 rises = low > 1.0 and (apart or part <= -SETTINGS.worth_saying)

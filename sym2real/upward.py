@@ -16,6 +16,7 @@ _OF = {
     "sym2real.report.data": ("data_remarks",),
     "sym2real.report.html.pages": ("write_diagnosis_page",),
     "sym2real.report.residuals": ("residual_lines",),
+    "sym2real.report.summary": ("summary",),
     "sym2real.report.notebook": (
         *("log_plot", "adaptation_plot", "comparison_plot", "ladder_plot"),
         *("comparison_html", "diagnosis_html", "diagnosis_text", "hypothesis_html", "plan_html"),

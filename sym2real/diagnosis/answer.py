@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sym2real.dataset import Logs
-from sym2real.diagnosis.conclusion import Parts, Verdict, summary, verdict
+from sym2real.diagnosis.conclusion import Parts, Verdict, verdict
 from sym2real.diagnosis.errors.floor import Floor
 from sym2real.diagnosis.errors.regions import Where
 from sym2real.diagnosis.errors.rungs import Rung, cut_notes
@@ -160,7 +160,7 @@ def conclude(scored: Scored, leftovers: tuple[Leftover, ...], proposal: Term | N
     answer = verdict(parts, prepared.problems, finished=result.finished)
     return Diagnosis(
         verdict=answer,
-        summary=summary(answer, parts, interrupted="" if result.finished else "the search"),
+        summary=upward("summary")(answer, parts, interrupted="" if result.finished else "the search"),
         **vars(parts),
         proposal=proposal,
         held_out=scored.steps.names_of(prepared.scored),
@@ -173,7 +173,7 @@ def conclude(scored: Scored, leftovers: tuple[Leftover, ...], proposal: Term | N
 def unscored(result: SearchResult) -> Diagnosis:
     """What the search has found, where the scoring was interrupted: nothing is established."""
     parts = Parts(result.prepared.checked.faults, findings_of(result))
-    sentence = summary("CANNOT_TELL", parts, interrupted="the scoring")
+    sentence = upward("summary")("CANNOT_TELL", parts, interrupted="the scoring")
     return Diagnosis("CANNOT_TELL", sentence, **vars(parts), notes=result.notes, **_of_search(result))
 
 

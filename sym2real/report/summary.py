@@ -1,0 +1,141 @@
+"""The answer of a diagnosis in one sentence."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from sym2real.diagnosis.conclusion import Parts, Verdict, of_another_form
+from sym2real.diagnosis.data.segments import BLOCK_SECONDS
+from sym2real.diagnosis.data.windows import JUDGED_AT, judged
+from sym2real.diagnosis.errors.rungs import Rung
+from sym2real.diagnosis.score.finding import Finding
+from sym2real.diagnosis.score.held_out import Gate
+from sym2real.diagnosis.settings import SETTINGS
+from sym2real.diagnosis.unexplained.leftover import Leftover
+from sym2real.effects.few_words import in_few_words
+
+
+def summary(answer: Verdict, parts: Parts, interrupted: str = "") -> str:
+    """One sentence a person reads, the verdict first.
+
+    Args:
+        answer: of :func:`verdict`.
+        parts: what it is made of.
+        interrupted: what was, search or scoring, if anything.
+    """
+    findings, leftovers, gate = parts.findings, parts.leftovers, parts.gate
+    left = [f"{leftover.statement} ({leftover.measure})" for leftover in leftovers if leftover.matters]
+    rest = [f"{leftover.statement} is left ({leftover.measure})" for leftover in leftovers]
+    minor = [words for words, leftover in zip(rest, leftovers, strict=True) if not leftover.matters]
+    # An effect outside the catalogue pulls at those inside.
+    doubt = ["what was found may stand for a part of that"] if left and findings else []
+    clauses = ["the data show " + ", ".join(fault.name for fault in parts.faults)] if parts.faults else []
+    if answer == "EFFECT":
+        # Where predictions do not bear out what was found, the faults are the answer.
+        # Announced are those without which an error is larger by a tenth, or all, where they are needed together alone.
+        clear = [finding for finding in findings if not finding.doubtful]
+        announced = [finding for finding in clear if not finding.small] or clear
+        small = [finding for finding in clear if finding not in announced]
+        unclear = _beside([finding for finding in findings if finding.doubtful], gate)
+        established = [*_missing(announced, parts.ladder), *rest, *doubt, *_small(small), *unclear]
+        clauses += established if gate.passed else [*_beside(findings, gate), *rest]
+    elif answer == "UNEXPLAINED":
+        clauses.append(f"something is missing that none of the tested effects explains: {' and '.join(left)}")
+        clauses += [*_beside(findings, gate, leftovers), *minor]
+    elif answer == "NOTHING_MISSING":
+        clauses += ["nothing is missing beyond noise and small disturbances", *rest, *_small(findings)]
+    elif parts.suspects:
+        clauses += [_suspected(parts.suspects), *rest]
+    else:
+        clauses += [*_no_answer(findings, gate, interrupted), *rest]
+    if interrupted and answer != "CANNOT_TELL":
+        clauses.append(f"{interrupted} was interrupted before it ended")
+    sentence = "; ".join(clauses)
+    return sentence[:1].upper() + sentence[1:] + "."
+
+
+def _missing(announced: Sequence[Finding], stages: Sequence[Rung]) -> list[str]:
+    """What is announced, and the error that falls most with all that was found."""
+    if not announced:
+        return []
+    fall, parts = fall_of_error(stages), ["missing: " + "; ".join(map(_with_alternatives, announced))]
+    if fall is not None:
+        parts.append(f"with it the {fall[0]} error on held-out pieces changes from {fall[1]:.3g} to {fall[2]:.3g}")
+    return parts
+
+
+def _small(findings: Sequence[Finding]) -> list[str]:
+    names = ", ".join(map(_alone, findings))
+    return [f"small: {names}, beyond chance, and no error is larger by a tenth without it"] if names else []
+
+
+def _beside(findings: Sequence[Finding], gate: Gate, leftovers: Sequence[Leftover] = ()) -> list[str]:
+    """What was found where the answer is another one, and why it is none."""
+    others = [finding for finding in findings if of_another_form(finding, leftovers)]
+    rest = [finding for finding in findings if finding not in others]
+    form = "what is left still depends on the same command: what the robot lacks has another form"
+    parts = [f"beside it {_beyond_chance(others)}, but {form}"] if others else []
+    return [*parts, f"beside it {_beyond_chance(rest)}, but {_not_borne_out(rest, gate)}"] if rest else parts
+
+
+def _no_answer(findings: Sequence[Finding], gate: Gate, interrupted: str) -> list[str]:
+    """Why nothing can be told, and what was found all the same."""
+    provisional, named = any(finding.provisional for finding in findings), "; ".join(map(_with_alternatives, findings))
+    if provisional or not (findings or interrupted):
+        tested = ", so that no finding can be tested" if findings else ""
+        pieces = f"{SETTINGS.fewest_pieces} independent pieces of at least {BLOCK_SECONDS:g} s"
+        parts = [f"too little data: fewer than {pieces}{tested}"]
+        parts += [f"{interrupted} was interrupted before it ended"] if interrupted else []
+        return [*parts, f"perhaps missing: {named}"] if findings else parts
+    if interrupted:
+        parts = [f"no answer: {interrupted} was interrupted before it ended"]
+        return [*parts, f"found by then: {named}"] if findings else parts
+    return [f"no answer: {_beyond_chance(findings)}, but {_not_borne_out(findings, gate)}"]
+
+
+def _suspected(suspects: Mapping[str, float]) -> str:
+    would = " or ".join(f"{effect} ({100 * part:.0f} %)" for effect, part in [*suspects.items()][:3])
+    few = f"no answer: {would} would explain what is missing, but too few independent pieces of these logs tell of it"
+    first = next(iter(suspects))
+    return f"{few}: `sym2real add MODEL {first} --fit LOGS` says how well it fits, more logs of such motions decide"
+
+
+def _beyond_chance(findings: Sequence[Finding]) -> str:
+    names = " and ".join(_alone(finding) for finding in findings)
+    return f"{names} {'is' if len(findings) == 1 else 'are'} beyond chance"
+
+
+def _not_borne_out(findings: Sequence[Finding], gate: Gate) -> str:
+    """Why findings are not the answer."""
+    if gate.passed and all(finding.doubtful for finding in findings):
+        return "commands that change between the rows of the logs look the same"
+    if gate.worse:
+        return f"the held-out error {gate.worse[0].text}"
+    if gate.best is None or not gate.beats_hold:
+        return "no prediction of these logs is good enough to decide"
+    if gate.fallen:
+        times = f"errors more than {SETTINGS.far:g} times what noise and disturbances make"
+        return f"most of the misfit or of every error stays, or {times}"
+    return f"no held-out error surely falls by {100 * SETTINGS.worth_saying:.0f} %: that {gate.best.text}"
+
+
+def _alone(finding: Finding) -> str:
+    """An effect with its values, without those that it cannot be told from."""
+    values = ", ".join(f"{name} {estimate.with_half_width}" for name, estimate in finding.parameters.items())
+    return f"{finding.effect} ({values})"
+
+
+def _with_alternatives(finding: Finding) -> str:
+    others = in_few_words(finding.alternatives)[:3]
+    return _alone(finding) + (f", or {' or '.join(others)}" if others else "")
+
+
+def fall_of_error(stages: Sequence[Rung]) -> tuple[str, float, float] | None:
+    """Channel, first and last error at the horizon that is judged of the channel that falls most."""
+    if len(stages) < 2 or not stages[0].horizons or not any(stage.beats_hold for stage in stages):
+        return None
+    horizon = stages[0].nearest(JUDGED_AT)
+    first, last = stages[0].horizons[horizon], stages[-1].horizons[horizon]
+    channels = judged(first)
+    best = min(channels, key=lambda channel: last[channel].value / max(first[channel].value, 1e-12))
+    return f"{best} ({horizon:.3g} s)", first[best].value, last[best].value

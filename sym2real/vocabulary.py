@@ -18,6 +18,7 @@ RATE = Field("rate", ("wx", "wy", "wz"), "rad/s", "body")
 THRUST = Field("thrust", ("thrust",), "N", "body")
 RATE_COMMAND = Field("rate command", ("wx_cmd", "wy_cmd", "wz_cmd"), "rad/s", "body")
 ATTITUDE_COMMAND = Field("attitude command", ("qw_cmd", "qx_cmd", "qy_cmd", "qz_cmd"), "1", "world", "quaternion")
+ATTITUDE_COMMANDED = "attitude_cmd"  # all columns of a commanded attitude, which act together
 STEERING = Field("steering", ("steer",), "rad", "body")
 SPEED = Field("speed", ("speed",), "m/s", "body")
 ACCELERATION = Field("acceleration", ("acceleration",), "m/s^2", "body")

@@ -64,6 +64,20 @@ def test_a_delay_that_stays_where_its_fit_began_is_found_from_its_other_starts()
 
 
 @pytest.mark.slow
+def test_a_lag_of_no_time_is_none_whatever_of_it_a_gyro_would_show() -> None:
+    """What a lag leaves of the gyro is nothing without the lag, however far from none it lies."""
+    selection = selection_of(Case("mushr", (("offset:steer", {"value": 0.05}),), seed=5))
+    (lag,) = (one for one in selection.candidates if one.name == "lag:steer")
+    slots = selection.problems.library.slots
+    values = selection.origin.clone()
+    for slot in lag.slots:
+        values[slot] = {"value": 1e-4, "mean_share": 0.9}[slots[slot].parameter.name]
+    (fit,) = selection.problems.quadratics([Hypothesis(selection.free([lag]), values)])
+    selection.put([lag], fit)
+    assert none_within(Near.of(selection), lag)
+
+
+@pytest.mark.slow
 def test_what_is_none_within_its_interval_does_not_stand_beside_what_is_there() -> None:
     selection = selection_of(Case("mushr", (("offset:steer", {"value": 0.05}),), seed=5))
     offset, gain = (one for name in ("offset:steer", "gain:speed") for one in selection.candidates if one.name == name)

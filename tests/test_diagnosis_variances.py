@@ -7,6 +7,7 @@ import torch
 from torch import Tensor
 
 from sym2real.diagnosis.estimate.variances import LEAST, MOST, STEPS, Products, most_likely
+from sym2real.logs.noise import SMALLEST_NOISE
 
 SEGMENTS, ROWS, STARTS, PUSHES, PIECES = 6, 24, 3, 2, 4
 
@@ -51,3 +52,16 @@ def test_variances_are_those_of_the_whole_covariance(error: float) -> None:
     expected = by_the_whole_covariance(terms, sensor, power)
     for one, other in zip(found, expected, strict=True):
         torch.testing.assert_close(one, other, rtol=1e-3, atol=0.0)
+
+
+def test_what_stands_still_and_is_predicted_so_has_the_smallest_noise() -> None:
+    """A goal that is two slides of a robot's file, logged as the constant that it is."""
+    start, pushes, residuals, channel = drawn(1.0)
+    still = channel == 1
+    terms = start.clone(), pushes.clone(), residuals.clone(), channel
+    for part in terms[:3]:
+        part[:, still] = 0.0
+    sensor, power = torch.tensor([1e-6, 1e-18], dtype=torch.float64), torch.full((PUSHES,), 0.25, dtype=torch.float64)
+    variances, _ = most_likely(Products.of(*terms), sensor, power)
+    assert float(variances[1]) == SMALLEST_NOISE**2
+    assert 0.0 < float(variances[0]) < 1.0

@@ -27,6 +27,7 @@ def flown(
     trim: Rotation = LEVEL,
     board: Rotation = LEVEL,
     lean: tuple[float, float] = (1.0, 1.0),
+    inner: float = 0.0,
 ) -> Trajectory:
     """Thrust and attitudes drawn anew every second; the angle to what is told falls by 1/τ.
 
@@ -34,9 +35,11 @@ def flown(
         trim: from the attitude that is told to the one that is held.
         board: from the robot's attitude to that of the sensor, which the loop sees and the log holds.
         lean: parts of the commanded roll and pitch, as Euler angles after a heading, that are held.
+        inner: time in s in which the body follows the rates that the loop asks for; at once if 0.
     """
     rng, every = np.random.default_rng(seed), round(BASE.dt / FINE)
     place, velocity, attitude = np.array([0.0, 0.0, 2.0]), np.zeros(3), Rotation.identity()
+    turning, follows = np.zeros(3), min(1.0, FINE / inner) if inner else 1.0
     states, told = [], list[Array]()
     for row in range(rows):
         if row % 50 == 0:
@@ -48,7 +51,8 @@ def flown(
         states.append([*place, *np.roll((attitude * board).as_quat(), 1), *velocity])
         told.append(np.array([thrust, *np.roll(wanted.as_quat(), 1)]))
         for _ in range(every):
-            attitude *= Rotation.from_rotvec((attitude.inv() * held).as_rotvec() * FINE / time)
+            turning = turning + follows * ((attitude.inv() * held).as_rotvec() / time - turning)
+            attitude *= Rotation.from_rotvec(turning * FINE)
             velocity = velocity + FINE * (attitude.as_matrix()[:, 2] * thrust / MASS - (0.0, 0.0, GRAVITY))
             place = place + FINE * velocity
     noisy = np.array(states)
@@ -103,6 +107,21 @@ def test_a_smaller_lean_is_named_with_both_factors() -> None:
     for name, factor in (("roll", 0.85), ("pitch", 1.0)):
         value = finding.parameters[name]
         assert value.low <= factor <= value.high
+
+
+@pytest.mark.slow
+def test_a_loop_of_second_order_is_two_lags_of_which_neither_is_dropped() -> None:
+    """Of two lags of one time each alone has a wide interval, which holds none; beside them a smaller lean is plain."""
+    found = diagnose(BASE, [flown(0.16, seed, lean=(0.88, 0.88), inner=0.04) for seed in range(4)])
+    by_name = {finding.effect: finding.parameters for finding in found.findings}
+    assert found.verdict == "EFFECT", found.summary
+    assert {*by_name} == {"attitude_gain", "attitude_loop", "lag:attitude_cmd"}
+    for factor in by_name["attitude_gain"].values():
+        assert factor.low <= 0.88 <= factor.high
+    # 1 + 0.16 s (1 + 0.04 s) = (1 + 0.08 s)²
+    assert by_name["attitude_loop"]["value"].value * NOMINAL + by_name["lag"]["value"].value == pytest.approx(
+        0.16, rel=0.1
+    )
 
 
 @pytest.mark.parametrize("heading", [0.0, 0.7, -2.5])

@@ -7,7 +7,7 @@ import pytest
 
 from sym2real.cli import main
 from sym2real.errors import ModelError
-from sym2real.robots import Robot
+from sym2real.robots import ROBOTS, Robot
 from sym2real.robots.naming import give_names
 
 NAMELESS = """
@@ -46,6 +46,36 @@ def test_names_become_columns_and_what_refers_to_them_follows() -> None:
     assert (named.actuator_trnid == plain.actuator_trnid).all()
     assert (named.sensor_objid == plain.sensor_objid).all()
     assert (named.eq_obj1id, named.eq_obj2id) == (plain.eq_obj1id, plain.eq_obj2id)
+
+
+GANTRY = """
+<mujoco>
+  <worldbody>
+    <body><joint name="x" type="slide" axis="1 0 0"/><geom size="0.1"/>
+      <body><joint name="yaw" axis="0 0 1"/><geom size="0.1" pos="0.2 0 0"/></body></body>
+  </worldbody>
+  <actuator><motor name="fx" joint="x" ctrlrange="-1 1"/><motor name="motor1" joint="yaw" ctrlrange="-1 1"/></actuator>
+</mujoco>
+"""
+
+
+def test_joints_and_their_motors_are_called_like_nothing_that_any_robot_has() -> None:
+    """A slide x is no position that goes with an attitude, a hinge yaw no heading, its motor no rotor."""
+    spec = mujoco.MjSpec.from_string(GANTRY)
+    given = {"x": "joint_x", "yaw": "joint_yaw"}, {"fx": "actuator_fx", "motor1": "actuator_motor1"}
+    kinds = ("joint", "actuator")
+    expected = {f"{kind} {old}": new for kind, names in zip(kinds, given, strict=True) for old, new in names.items()}
+    assert give_names(spec) == expected
+    robot = Robot.from_mjcf(GANTRY, name="gantry")
+    assert {*robot.layouts.state.joints} == {"joint_x", "joint_yaw"}
+    assert robot.nominal().layouts.action.units["actuator_motor1"] == "N m"
+    with pytest.raises(ModelError, match="another column than motor1, which is a motors"):
+        Robot.from_mjcf(GANTRY, name="gantry", actions={"actuator_motor1": "motor1"})
+
+
+def test_rotors_keep_their_names() -> None:
+    """They act at sites of a body that flies."""
+    assert [*ROBOTS["hexarotor"].layouts.action] == [f"motor{number}" for number in range(1, 7)]
 
 
 ARM = """

@@ -11,6 +11,8 @@ from sym2real.errors import ModelError
 from sym2real.layout import Layouts, motors_of
 from sym2real.vocabulary import (
     ATTITUDE,
+    ATTITUDE_COMMAND,
+    ATTITUDE_COMMANDED,
     HEADING,
     MOTOR_COLUMNS,
     SPEED_COLUMN,
@@ -137,6 +139,8 @@ class Body:
         """Name of the field that the column of an effect is in, whatever the column is called; "" without one."""
         if self.column in self.quantities:
             return self.column
+        if self.column == ATTITUDE_COMMANDED:
+            return ATTITUDE_COMMAND.name
         groups = (self.layouts.action, self.layouts.state)
         return next((field.name for group in groups for field in group.fields if self.column in field.columns), "")
 
@@ -200,7 +204,13 @@ class Body:
         commanded = SPEED_COLUMN in self.layouts.action and "next_speed" in self.quantities
         return commanded and "speed_time" not in self.numbers
 
+    @property
+    def bound(self) -> tuple[str, ...]:
+        """Columns that an effect on a command is bound to: one, those of a commanded attitude, or all actions."""
+        if self.column == ATTITUDE_COMMANDED:
+            return ATTITUDE_COMMAND.columns
+        return (self.column,) if self.column else self.layouts.action.columns
+
     def action_indices(self) -> list[int]:
-        """Positions of the bound action column, or of all of them."""
-        action = self.layouts.action
-        return [action.index(self.column)] if self.column else list(range(action.size))
+        """Positions of the bound action columns."""
+        return [self.layouts.action.index(column) for column in self.bound]

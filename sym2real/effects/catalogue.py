@@ -12,7 +12,7 @@ from sym2real.effects.kind import Kind
 from sym2real.effects.kinds import EFFECTS
 from sym2real.errors import UnknownNameError
 from sym2real.symbolic import Equations
-from sym2real.vocabulary import load_quantity
+from sym2real.vocabulary import ATTITUDE_COMMAND, ATTITUDE_COMMANDED, load_quantity
 
 SPELT_LIKE = 0.8  # a slip of the hand; less alike are names of other things
 MOST_NEAR = 8
@@ -123,7 +123,9 @@ def columns_of(kind: Kind, described: Describable) -> tuple[str, ...]:
     """Columns that an effect of this kind may be on, for a robot or equations; none where it has no column."""
     if kind.columns == "action":
         derived = ("thrust",) if "thrust" in getattr(described, "quantities", ()) and kind.substitute else ()
-        return (*described.layouts.action, *derived)
+        attitude = {*ATTITUDE_COMMAND.columns} & {*described.layouts.action}
+        whole = (ATTITUDE_COMMANDED,) if attitude and kind.of_attitude else ()
+        return (*(column for column in described.layouts.action if column not in attitude), *whole, *derived)
     if kind.columns == "joint":
         return Body.of(described).joints
     if kind.columns == "parameter":

@@ -124,6 +124,7 @@ class Kind:
         numbers: the robot's numbers that it cannot do without, likewise.
         robot: the robots that have it.
         columns: group whose columns it binds to, the joints, the sites of loads, or parameters; "" for none.
+        of_attitude: whether it may be on a commanded attitude, whose columns are no commands of their own.
         of_all: whether it may be on all columns of a robot like this one at once, which no column means.
         parts: for effects that are two others: their kinds and values.
         hidden: hidden states that it brings; equations that have one of them have the effect already.
@@ -155,6 +156,7 @@ class Kind:
     numbers: tuple[str, ...] = ()
     robot: Literal["quadrotor", "car", "both", "robot with joints", "model with named parameters"] = "both"
     columns: Literal["", "action", "state", "joint", "site", "parameter"] = ""
+    of_attitude: bool = False
     of_all: Callable[[Body], bool] = _of_none
     parts: Callable[[Values, Body], tuple[tuple[Kind, Values], ...]] | None = None
     hidden: tuple[str, ...] = ()

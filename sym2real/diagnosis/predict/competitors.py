@@ -22,7 +22,6 @@ from sym2real.symbolic.expressions import names_in
 from sym2real.trajectory import Array, Trajectory
 
 EXCLUDED = "excluded on request"
-COMPONENT = "a component of a quaternion is no command of its own"
 # Commands are as sent, without noise: one that varies less shows nothing of its map.
 STILL = 1e-9
 
@@ -61,16 +60,11 @@ def _why_not(effect: Effect, equations: Equations, data: Dataset, exclude: Colle
     if any(fnmatch(effect.key, pattern) for pattern in exclude):
         return EXCLUDED
     return (
-        (COMPONENT if _is_component(effect) else effect.searching.why_not(effect.body))
+        effect.searching.why_not(effect.body)
         or effect.why_not(equations).removeprefix(f"{effect.key} ")
         or still(equations, effect, data)
         or _refused(effect.key, equations)
     )
-
-
-def _is_component(effect: Effect) -> bool:
-    fields = effect.body.layouts.action.fields
-    return any(effect.column in field.columns for field in fields if field.kind == "quaternion")
 
 
 @lru_cache(maxsize=512)
@@ -90,15 +84,18 @@ def values_for(equations: Equations, effect: Effect, data: Dataset) -> Array:
     """Values of the command that an effect is on, or of all, in all logs ``# (values,)``; none for other effects."""
     if effect.of.columns != "action":
         return np.zeros(0)
-    names = (effect.column,) if effect.column else data.layouts.action.columns
-    return np.concatenate([column_values(equations, name, trajectory) for trajectory in data for name in names])
+    pairs = ((name, trajectory) for trajectory in data for name in effect.body.bound)
+    return np.concatenate([column_values(equations, name, trajectory) for name, trajectory in pairs])
 
 
 def still(equations: Equations, effect: Effect, data: Dataset) -> str:
     """Which command would have to vary for an effect to show, and never does, for a sentence; "" where it does."""
-    needed = (effect.column,) if effect.column else effect.searching.varying
-    for name in needed:
-        if name in (*data.layouts.action, *equations.quantities) and not _varies(equations, name, data):
+    needed = (
+        {effect.column: effect.body.bound} if effect.column else {name: (name,) for name in effect.searching.varying}
+    )
+    for name, columns in needed.items():
+        known = [column for column in columns if column in (*data.layouts.action, *equations.quantities)]
+        if known and not any(_varies(equations, column, data) for column in known):
             return f"{name} never varies in these logs"
     if effect.of.columns == "action" and not any(_varies(equations, name, data) for name in data.layouts.action):
         return "no command varies in these logs"

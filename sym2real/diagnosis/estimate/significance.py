@@ -30,8 +30,26 @@ def beyond_chance(problems: Problems, fit: Fit, candidate: Candidate, origin: Te
     """
     if problems.block_count < SETTINGS.fewest_pieces:
         return True
-    distance = Distance.of(problems, fit, candidate, origin)
-    if _enough_logs(problems, len(candidate.free)) and distance.chance(problems.logs) > SETTINGS.false_alarms_by_logs:
+    if _far_from_none(problems, Distance.of(problems, fit, candidate, origin), tested):
+        return True
+    if candidate.needs_start or not collinear(fit, candidate):
+        return False
+    return _far_from_none(problems, Distance.of_part(problems, fit, candidate, origin), tested)
+
+
+def collinear(fit: Fit, candidate: Candidate) -> bool:
+    """Whether what else is free makes parameters of an effect as many times less sure as counts as far.
+
+    Their variance inflation factor; D. Belsley, E. Kuh, R. Welsch, "Regression Diagnostics", 1980, chapter 3. Of two
+    lags in a row with one time, the difference of both times moves next to nothing, and neither time is sure.
+    """
+    whole, places = fit.curvature.sum(0), fit.places(candidate.free)
+    inflation = (whole.diagonal() * torch.linalg.pinv(whole, hermitian=True).diagonal())[places]
+    return bool((inflation > SETTINGS.far**2).any())
+
+
+def _far_from_none(problems: Problems, distance: Distance, tested: int) -> bool:
+    if _enough_logs(problems, len(distance.away)) and distance.chance(problems.logs) > SETTINGS.false_alarms_by_logs:
         return False
     return distance.chance(problems.blocks) < SETTINGS.false_alarms_of_each(tested)
 
@@ -113,7 +131,7 @@ class Distance:
             problems, fit, candidate, origin: as of :func:`beyond_chance`.
         """
         if candidate.needs_start:
-            return cls._of_part(problems, fit, candidate, origin)
+            return cls.of_part(problems, fit, candidate, origin)
         slots = candidate.slots
         neutral = origin.clone()
         for slot in problems.nuisance.keys() & slots:  # free in every fit: none as far as its bounds go
@@ -122,7 +140,7 @@ class Distance:
         return cls(away, fit.places(slots), fit.gradient, fit.curvature)
 
     @classmethod
-    def _of_part(cls, problems: Problems, fit: Fit, candidate: Candidate, origin: Tensor) -> Distance:
+    def of_part(cls, problems: Problems, fit: Fit, candidate: Candidate, origin: Tensor) -> Distance:
         """Between the predictions without and with an effect a line is drawn: 0 without it, 1 as it was fitted.
 
         All that is free beside the effect stays free. A part below 0 is none.

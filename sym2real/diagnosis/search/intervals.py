@@ -12,7 +12,7 @@ from scipy.stats import norm
 from torch import Tensor
 
 from sym2real.diagnosis.estimate.quadratic import Fit
-from sym2real.diagnosis.estimate.significance import half_widths
+from sym2real.diagnosis.estimate.significance import collinear, half_widths
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.search.effect_set import EffectSet
@@ -113,18 +113,14 @@ def none_within(near: Near, candidate: Candidate) -> bool:
 
 
 def _none_in(selection: Selection, candidate: Candidate, effects: EffectSet) -> bool:
-    """The same in one set. Two that do nearly the same, as lags in a row do, are unsure together: there a fit tells."""
-    around = zip(candidate.free, _around(selection, candidate, effects.fit), strict=True)
-    acting = [(index, own, abs(value - own.null), half) for index, (own, value, half) in around if own.acts_alone]
-    if any(away >= half for _, _, away, half in acting):
+    """The same in one set. What is unsure only beside others may be there for sure (:func:`collinear`)."""
+    around, problem = _around(selection, candidate, effects.fit), selection.problems.problem
+    pairs = zip(candidate.free, around, strict=True)
+    acting = [(abs(value - own.null), half, index) for index, (own, value, half) in pairs if own.acts_alone]
+    if not all(away < half for away, half, _ in acting):
         return False
-    problem, alone = selection.problems.problem, effects.fit.curvature.sum(0).diagonal().rsqrt()
-    hidden = [
-        max(unresolved(problem, index), TWO_SIDED * own.scale * float(alone[effects.fit.places((index,))]))
-        for index, own, *_ in acting
-    ]
-    together = any(away >= least for (_, _, away, _), least in zip(acting, hidden, strict=True))
-    return not (together and selection.surely_cheaper(effects, selection.without(effects, candidate)))
+    hidden = all(away < unresolved(problem, index) for away, _, index in acting)
+    return hidden or not (collinear(effects.fit, candidate) and selection.significant(effects.fit, candidate))
 
 
 def _parameter(selection: Selection, index: int) -> Parameter:

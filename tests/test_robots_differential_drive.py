@@ -268,7 +268,7 @@ def test_a_robot_that_does_not_roll_like_that_is_refused(part: str, instead: str
 
 
 def test_wheels_without_the_state_of_the_plane_are_told_which_it_is() -> None:
-    with pytest.raises(ModelError, match="on wheels its state is x y sin_yaw cos_yaw vx vy wz"):
+    with pytest.raises(ModelError, match="on wheels it opens with --state x y sin_yaw cos_yaw vx vy wz"):
         Robot.from_mjcf(DRIVE.description.mjcf).nominal()
 
 

@@ -105,8 +105,12 @@ def against_flying(model: mujoco.MjModel, data: Any, actions: Mapping[str, str])
     """What keeps a robot with a free joint from being a rotorcraft with equations here; empty for one that is none."""
     actuators = [model.actuator(name).id for name in actions]
     at_sites = bool(actuators) and (model.actuator_trntype[actuators] == mujoco.mjtTrn.mjTRN_SITE).all()
+    if model.njnt > 1 and not at_sites:
+        return [
+            f"joints that its actuators drive (on wheels it opens with --state {' '.join(STATE)}, in Python state=[…])"
+        ]
     wrong = {
-        f"joints beside the free one (on wheels its state is {' '.join(STATE)})": model.njnt > 1,
+        "joints beside the free one": model.njnt > 1,
         "actuators that are not at sites": not at_sites,
         "an actuator that is commanded more than a force": bool(
             model.actuator_biastype.any() or model.actuator_dyntype.any()

@@ -76,7 +76,9 @@ def names_of(model: mujoco.MjModel, kind: str) -> list[str]:
     for index, name in enumerate(names):
         free = kind == "joint" and model.jnt_type[index] == FREE
         if not free and not is_name(name):
-            raise ModelError(f"{kind} {index}, of a tendon: expected a name of letters, digits and _, found {name!r}")
+            raise ModelError(
+                f"{kind} {index}, of a tendon: expected a name of letters, digits and _, found {name!r}; rename it"
+            )
     return names
 
 
@@ -200,6 +202,8 @@ def ranges_of(model: mujoco.MjModel, actuators: Sequence[int]) -> tuple[Array, A
             limits.append(reach)
         else:
             name = model.actuator(index).name
+            if model.actuator_gaintype[index] == mujoco.mjtGain.mjGAIN_MUSCLE:
+                raise ModelError(f"actuator {name!r}: expected a motor or a servo, found a muscle")
             raise ModelError(f"actuator {name!r}: expected a ctrlrange, or a forcerange of a motor, found neither")
     ranges = np.array(limits, dtype=np.float64)
     return ranges[:, 0], ranges[:, 1]

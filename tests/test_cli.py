@@ -90,7 +90,7 @@ def test_inspect_names_a_rate_whose_sign_is_reversed(tmp_path: Path) -> None:
         ("effects offset:steer --robot crazyflie", "crazyflie has no effect offset:steer"),
         ("effects offset:stear", "unknown effect 'offset:stear'"),
         ("effects steer", "or 'offset:steer'"),
-        ("effects zzz", "(known: added_mass, armature, attitude_loop,"),
+        ("effects zzz", "(known: added_mass, armature, attitude_gain,"),
         ("effects crazyflie", "`sym2real effects --robot crazyflie` lists what that robot may have"),
         ("diagnose {model} missing.csv --exclude wnd", "did you mean 'wind'"),
         ("add {model} wind --fit missing.csv --exclude wnd --out unused", "'wind'"),

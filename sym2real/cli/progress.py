@@ -1,19 +1,24 @@
 """Progress on standard error: a bar on a terminal, now and then a line in a file or a pipe."""
 
+from __future__ import annotations
+
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rich import progress as bars
 from rich.console import Group
 from rich.live import Live
 from rich.text import Text
 
-from sym2real import adaptation
 from sym2real.cli.terminal import progress_console
-from sym2real.experiments.study import sweep
 from sym2real.report.tables import number
+
+if TYPE_CHECKING:
+    from sym2real import adaptation
+    from sym2real.experiments.study import sweep
 
 SECONDS_BETWEEN_LINES = 10.0  # where there is no terminal
 
@@ -43,7 +48,9 @@ def stages_progress() -> Iterator[Callable[[str], None]]:
 
 def finished_line(report: adaptation.EpisodeReport | adaptation.RoundReport) -> str:
     """One finished episode or round in words."""
-    if isinstance(report, adaptation.EpisodeReport):
+    from sym2real.adaptation import EpisodeReport  # heavy, and loaded by whoever has a report
+
+    if isinstance(report, EpisodeReport):
         error = "" if report.tracking != report.tracking else f", mean position error {number(report.tracking)} m"
         return f"episode {report.number + 1}: {report.task}, {report.rows} rows, {report.crashes} crashes{error}"
     refused = f"; what was learned is not used: {report.learned.refused}" if report.learned.refused else ""
@@ -85,6 +92,8 @@ def _bar(*counted: bars.ProgressColumn) -> bars.Progress:
 @contextmanager
 def sweep_progress(folder: Path) -> Iterator[Callable[[sweep.Progress], None]]:
     """A callback for :func:`~sym2real.experiments.study.sweep.run_sweep` into this folder."""
+    from sym2real.experiments.study import sweep  # heavy, and loaded by whoever sweeps
+
     console, began = progress_console(), time.monotonic()
     kept: list[int] = []
     newest = [sweep.Progress(0, 0)]

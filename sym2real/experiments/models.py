@@ -1,15 +1,16 @@
 """A model by what a user calls it: a folder, or a robot's name, whose base is learned once and cached."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import platformdirs
 from filelock import FileLock
 
 from sym2real import __version__
-from sym2real.adaptation import Progress, StageOne
 from sym2real.errors import ModelError, UnknownNameError
-from sym2real.experiments.learning import Learned, from_description, learn_from_drives, learn_in_simulation
 from sym2real.files import make_folder
 from sym2real.neural import Model
 from sym2real.neural import open_model as open_folder
@@ -20,6 +21,10 @@ from sym2real.plants.plant_file import PLANT
 from sym2real.robots import ROBOTS, Robot
 from sym2real.robots.own import robot_of
 from sym2real.symbolic import Equations, load_model
+
+if TYPE_CHECKING:
+    from sym2real.adaptation import Progress
+    from sym2real.experiments.learning import Learned
 
 
 def open_model(name: str, on_progress: Callable[[Progress], None] = lambda _: None) -> Model:
@@ -129,6 +134,14 @@ def _is_there(folder: Path) -> bool:
 
 
 def _learned(robot: Robot, folder: Path, on_progress: Callable[[Progress], None]) -> Learned:
+    # Seconds to import, and needed once a robot.
+    from sym2real.adaptation import StageOne  # noqa: PLC0415
+    from sym2real.experiments.learning import (  # noqa: PLC0415
+        from_description,
+        learn_from_drives,
+        learn_in_simulation,
+    )
+
     count = robot.recipe.episodes
     if robot.recipe.base == "drives":
         return learn_from_drives(robot, count)

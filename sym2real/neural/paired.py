@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from scipy.stats import norm, t
 from torch import Tensor
 
 # Standard errors by which one must be better. Of few blocks the standard error is itself uncertain: so many mean what
@@ -22,6 +21,8 @@ WORTH = 0.02
 
 def sureness(gain: Tensor) -> float:
     """Mean gain in its standard errors, as a normal variable is as sure; of one block, whether there is any."""
+    from scipy.stats import norm, t  # noqa: PLC0415 — a second to import, and only needed to train
+
     mean = float(gain.mean())
     if len(gain) == 1:
         return float("inf") if mean > 0 else 0.0

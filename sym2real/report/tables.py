@@ -1,20 +1,24 @@
 """Tables for the terminal."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Collection, Iterable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import sympy
 from rich import box
 from rich.markup import escape
 from rich.table import Column, Table
 
-from sym2real.adaptation import EpisodeReport
-from sym2real.experiments.flying import Flight
 from sym2real.layout import unit_of_place
-from sym2real.regression import Dependence
-from sym2real.robots import Robot
 from sym2real.symbolic import Equations
+
+if TYPE_CHECKING:
+    from sym2real.adaptation import EpisodeReport
+    from sym2real.experiments.flying import Flight
+    from sym2real.regression import Dependence
+    from sym2real.robots import Robot
 
 
 def number(value: float, digits: int = 3) -> str:

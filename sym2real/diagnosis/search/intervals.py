@@ -72,14 +72,24 @@ def estimates(selection: Selection, candidate: Candidate, fit: Fit, near: Near |
     Intervals cover the choice of near sets: of all of them, by their weights, 95 % lie inside (Bayesian model
     averaging; J. Hoeting, D. Madigan, A. Raftery, C. Volinsky, Statistical Science 14 (1999) 382–417).
     """
-    by_parameter = {}
+    by_parameter, by_inertia = {}, _by_inertia(selection, candidate, fit)
     shifts, weights = near.shifts(candidate) if near else (torch.zeros(1, len(fit.values)), torch.ones(1))
     for index, (slot, value, half) in zip(candidate.free, _around(selection, candidate, fit), strict=True):
         known = half < math.inf
         ends = averaged_ends(value, half, shifts[:, index], weights) if known else (slot.low, slot.high)
-        low, high = map(slot.domain.nearest, ends)
+        either = [end * factor for end in ends for factor in (1.0, by_inertia)] if known else ends
+        low, high = map(slot.domain.nearest, (min(either), max(either)))
         by_parameter[slot.name] = Estimate(value, low, high, slot.unit, known)
     return by_parameter
+
+
+def _by_inertia(selection: Selection, candidate: Candidate, fit: Fit) -> float:
+    """Factor on a torque where what makes the rate loop softer than nominal is inertia, not its stiffness; else one."""
+    problems = selection.problems
+    effect = problems.library.effects[candidate.name]
+    if not effect.of.by_torque(effect.body) or not problems.nuisance:
+        return 1.0
+    return 1.0 / float(fit.values[min(problems.nuisance)])
 
 
 def averaged_ends(value: float, half: float, shifts: Tensor, weights: Tensor) -> tuple[float, float]:

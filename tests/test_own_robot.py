@@ -158,7 +158,7 @@ def test_actuators_and_period_are_chosen_on_the_command_line(tmp_path: Path) -> 
         ("none.xml", "none.xml"),
         ("links.xml --actions tau9", "did you mean 'tau"),
         ("links.xml --state q1 q3", "q3"),
-        ("afloat.xml", "found joints beside the free one"),
+        ("afloat.xml", "found joints that its actuators drive"),
         ("links.xml --spec log.toml", "found no --log"),
         ("links.xml --log unstamped.csv", "a column of stamps, or --dt"),
     ],

@@ -113,18 +113,20 @@ def set_inertial(
     spec: Any,
     extra_mass: float = 0.0,
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0),
-    inertia: Array | float = 0.0,
+    inertia: Array | None = None,
 ) -> None:
     """Mass of the robot's first body, where the whole robot's centre lies, and more inertia ``# (3, 3)`` about it."""
     plain, body = spec.copy().compile(), free_body(spec)
     robot = robot_in(plain)
     own = plain.body_mass[robot] + extra_mass
-    axes = Rotation.from_quat(np.roll(plain.body_iquat[robot], -1)).as_matrix()
-    tensor = axes @ np.diag(plain.body_inertia[robot]) @ axes.T + inertia
     body.explicitinertial = True
     body.mass = own
-    body.inertia, body.iquat = [0.0] * 3, [1.0, 0.0, 0.0, 0.0]
-    body.fullinertia = [*np.diag(tensor), tensor[0, 1], tensor[0, 2], tensor[1, 2]]
+    body.inertia, body.iquat = plain.body_inertia[robot], plain.body_iquat[robot]
+    if inertia is not None:
+        axes = Rotation.from_quat(np.roll(body.iquat, -1)).as_matrix()
+        tensor = axes @ np.diag(body.inertia) @ axes.T + inertia
+        body.inertia, body.iquat = [0.0] * 3, [1.0, 0.0, 0.0, 0.0]
+        body.fullinertia = [*np.diag(tensor), tensor[0, 1], tensor[0, 2], tensor[1, 2]]
     # Bodies that it carries stay where they are, so that it moves by more than the centre of all.
     body.ipos = plain.body_ipos[robot] + (plain.body_subtreemass[robot] + extra_mass) / own * np.array(offset)
 

@@ -192,6 +192,14 @@ def test_what_removes_less_of_the_misfit_than_it_leaves_is_no_answer_beside_some
         assert verdict(replace(parts, leftovers=()), problems_of(800)) == "EFFECT"
 
 
+def test_what_stands_still_is_no_error_that_falls() -> None:
+    """A goal that never moves is predicted to the last digit, with an effect and without."""
+    gate = Gate(stage("base", 1.0, 1e-12), stage("+ damping", 0.95, 0.0))
+    assert gate.best is not None
+    assert gate.best.channel == "position"
+    assert not gate.passed
+
+
 def test_what_lowers_no_error_by_half_is_no_answer_beside_something_left() -> None:
     """Of a wavy beam dry friction explains most residuals, and a third of the error."""
     found, left = (Finding("joint_friction:ball", {}, 1.0),), (Leftover("angle", "ball", 0.3, "", motion=0.5),)

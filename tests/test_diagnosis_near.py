@@ -10,7 +10,7 @@ import torch
 from noisy_flights import flights_with, flights_with_all
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.estimate.fit import Problems
+from sym2real.diagnosis.estimate.fit import Problems, nuisance_of
 from sym2real.diagnosis.estimate.quadratic import Hypothesis
 from sym2real.diagnosis.estimate.whitening import Spread
 from sym2real.diagnosis.predict.candidate import candidates
@@ -86,6 +86,20 @@ def test_an_interval_covers_what_one_effect_more_would_make_of_a_value() -> None
     )
     assert wide.low < 0.02 < narrow.low
     assert wide.high == pytest.approx(narrow.high, rel=1e-6)
+
+
+def test_a_torque_s_interval_holds_what_it_is_where_inertia_makes_the_loop_soft() -> None:
+    """A loop k times as stiff divides torques by k; one that turns 1/k times the inertia gives a torque of 1/k."""
+    flights = flights_with_all({"torque_bias": {"ty": 2e-5}, "rate_loop_gain": {"value": 0.7}})
+    selection = chosen(("torque_bias", "rate_loop_gain"), "torque_bias", "rate_loop_gain", flights=flights)
+    stiff = estimates(selection, selection.chosen[0], selection.fit, None)["ty"]
+    selection.problems = replace(selection.problems, nuisance=nuisance_of(selection.problems.library, selection.origin))
+    either = estimates(selection, selection.chosen[0], selection.fit, None)["ty"]
+    factor = float(selection.fit.values[selection.chosen[1].slots[0]])
+    assert factor == pytest.approx(0.7, rel=0.1)
+    assert either.value == stiff.value
+    assert either.low == pytest.approx(stiff.low)
+    assert either.high == pytest.approx(stiff.high / factor)
 
 
 @pytest.mark.parametrize(("times", "none"), [(3.0, False), (0.001, True)])

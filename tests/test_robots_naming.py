@@ -69,7 +69,7 @@ def test_joints_and_their_motors_are_called_like_nothing_that_any_robot_has() ->
     robot = Robot.from_mjcf(GANTRY, name="gantry")
     assert {*robot.layouts.state.joints} == {"joint_x", "joint_yaw"}
     assert robot.nominal().layouts.action.units["actuator_motor1"] == "N m"
-    with pytest.raises(ModelError, match="another column than motor1, which is a motors"):
+    with pytest.raises(ModelError, match="a column of its own, found motor1, which means something else"):
         Robot.from_mjcf(GANTRY, name="gantry", actions={"actuator_motor1": "motor1"})
 
 

@@ -13,15 +13,18 @@ horizontal axis (its twist about z and the swing that is left), q_cmd = q_z ⊗ 
     x → k_roll x        y → k_pitch y        w → √(1 - x² - y²)
 """
 
+from functools import partial
+
 from sympy import sqrt
 
+from sym2real.effects import truth
 from sym2real.effects.body import Body
-from sym2real.effects.kind import POSITIVE, Inject, Kind, Numbers, Parameter, Values, of_any_body
+from sym2real.effects.kind import POSITIVE, Kind, Parameter, Values, of_any_body
 from sym2real.effects.mountings import MOST, turned
-from sym2real.errors import ModelError
-from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
 from sym2real.vocabulary import ATTITUDE, ATTITUDE_COMMAND
+
+_of_command = partial(Kind, stage="command", robot="quadrotor", needs=(*ATTITUDE_COMMAND.columns, *ATTITUDE.columns))
 
 
 def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
@@ -30,16 +33,8 @@ def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
     return equations.substitute(dict(zip(ATTITUDE_COMMAND.columns, held, strict=True)))
 
 
-def _no_truth(name: str) -> Inject:
-    def inject(body: Body, values: Numbers) -> Change:
-        raise ModelError(f"{name}: no simulated robot here is commanded an attitude")
-
-    return inject
-
-
-ATTITUDE_TRIM = Kind(
+ATTITUDE_TRIM = _of_command(
     name="attitude_trim",
-    stage="command",
     parameters=of_any_body(
         *(Parameter(name, "rad", null=0.0, low=-MOST, high=MOST, scale=0.03) for name in ("roll", "pitch"))
     ),
@@ -48,10 +43,8 @@ ATTITUDE_TRIM = Kind(
     confused_with="a tilted sensor board, where the attitude is not measured by another sensor than the loop's",
     shown_by="any flight whose attitude is measured",
     fix="set the trim of roll and pitch by minus these angles, or calibrate the level of the on-board estimator anew",
-    inject=_no_truth("attitude_trim"),
+    inject=truth.of_attitude_commands("attitude_trim"),
     substitute=_substitute,
-    needs=(*ATTITUDE_COMMAND.columns, *ATTITUDE.columns),
-    robot="quadrotor",
 )
 
 
@@ -66,9 +59,8 @@ def _lean_more(equations: Equations, values: Values, body: Body) -> Equations:
     )
 
 
-ATTITUDE_GAIN = Kind(
+ATTITUDE_GAIN = _of_command(
     name="attitude_gain",
-    stage="command",
     parameters=of_any_body(
         *(Parameter(name, "1", null=1.0, low=0.2, high=2.0, scale=0.1, domain=POSITIVE) for name in ("roll", "pitch"))
     ),
@@ -77,8 +69,6 @@ ATTITUDE_GAIN = Kind(
     confused_with="a lag, where commands change faster than the attitude follows",
     shown_by="leans that are held for several time constants of the attitude loop, to both sides",
     fix="correct the scale of the attitude commands by this factor (full stick, degrees per unit)",
-    inject=_no_truth("attitude_gain"),
+    inject=truth.of_attitude_commands("attitude_gain"),
     substitute=_lean_more,
-    needs=(*ATTITUDE_COMMAND.columns, *ATTITUDE.columns),
-    robot="quadrotor",
 )

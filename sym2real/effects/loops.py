@@ -37,8 +37,6 @@ from sym2real.effects.manoeuvres import EXCITED
 from sym2real.effects.searching import Searching
 from sym2real.effects.terms import acting_torque
 from sym2real.effects.wrench import AXES, FORWARD, apply_wrench, forward_speed, uses
-from sym2real.errors import ModelError
-from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
 from sym2real.vocabulary import ATTITUDE, ATTITUDE_COMMAND, RATE, RATE_COMMAND, SPEED_COLUMN
 
@@ -182,10 +180,6 @@ def _attitude_loop_substitute(equations: Equations, values: Values, body: Body) 
     return equations.substitute(dict(zip(ATTITUDE_COMMAND.columns, moved, strict=True)))
 
 
-def _inject(body: Body, values: Numbers) -> Change:
-    raise ModelError("attitude_loop: no simulated robot here is commanded an attitude")
-
-
 ATTITUDE_LOOP = Kind(
     name="attitude_loop",
     stage="loop",
@@ -195,7 +189,7 @@ ATTITUDE_LOOP = Kind(
     confused_with="a lag of the attitude commands, where the loop is fast beside it",
     shown_by=EXCITED,
     fix="multiply the model's time constant by it (`nominal quadrotor --attitude-time-constant`)",
-    inject=_inject,
+    inject=truth.of_attitude_commands("attitude_loop"),
     substitute=_attitude_loop_substitute,
     needs=(*ATTITUDE_COMMAND.columns, *ATTITUDE.columns),
     numbers=(ATTITUDE_TIME,),

@@ -38,16 +38,17 @@ def _payload_parameters(body: Body) -> tuple[Parameter, ...]:
 
 
 def _parts(values: Values, body: Body) -> tuple[tuple[Kind, Values], ...]:
-    share, place = values["mass"] / (body.mass + values["mass"]), {name: values[name] for name in ("rx", "ry", "rz")}
-    harder, turning = _harder_to_turn(share * body.mass, values["rx"], values["ry"], values["rz"], body)
-    centre = {name: share * arm / harder for name, arm in place.items()}
+    share = values["mass"] / (body.mass + values["mass"])
+    harder, turning = _harder_to_turn(share * body.mass, values, body)
+    centre = {name: share * values[name] / harder for name in ("rx", "ry", "rz")}
     return ((ADDED_MASS, {"value": values["mass"]}), (COM_OFFSET, centre), *turning)
 
 
-def _harder_to_turn(mass: Expr, x: Expr, y: Expr, z: Expr, body: Body) -> tuple[Expr, tuple[tuple[Kind, Values], ...]]:
-    """What a mass (kg) at a place (m) multiplies the inertia about level axes by, and the effects of that on a loop."""
+def _harder_to_turn(mass: Expr, values: Values, body: Body) -> tuple[Expr, tuple[tuple[Kind, Values], ...]]:
+    """What a mass (kg) at the load's place multiplies level inertia by, and the effects of its inertia on a loop."""
     if not ({*NUMBERS} <= {*body.numbers} and {*RATE_COMMAND.columns} <= {*body.names}):
         return Integer(1), ()
+    x, y, z = (values[name] for name in ("rx", "ry", "rz"))
     jx, jy, jz = (body.number(f"j{axis}") for axis in AXES)
     roll, pitch, yaw = mass * (y**2 + z**2) / jx, mass * (x**2 + z**2) / jy, mass * (x**2 + y**2) / jz
     harder = 1 + (roll + pitch) / 2

@@ -99,6 +99,15 @@ def with_force(force: Callable[[Any, Body, Numbers], None]) -> Inject:
     return lambda body, values: Change("", force=lambda _, data: force(data, body, values))
 
 
+def of_attitude_commands(name: str) -> Inject:
+    """No truth: of an effect on a robot that is commanded an attitude."""
+
+    def refuse(_body: Body, _values: Numbers) -> Change:
+        raise ModelError(f"{name}: no simulated robot here is commanded an attitude")
+
+    return refuse
+
+
 def measuring(report: Callable[[Array, Body, Numbers], Array]) -> Inject:
     """A truth that reports another state ``# (state,)`` than there is, and needs no memory."""
     return lambda body, values: Change("", measure=lambda: lambda state: report(state.copy(), body, values))
@@ -169,8 +178,7 @@ ACTUATORS = {
 
 def actuators(spec: Any, body: Body) -> list[Any]:
     """Actuators of an ``MjSpec`` that the bound action column drives, or all of them."""
-    columns = (body.column,) if body.column else tuple(body.layouts.action)
-    names = [name for column in columns for name in (*ACTUATORS.get(column, ()), column)]
+    names = [name for column in body.bound for name in (*ACTUATORS.get(column, ()), column)]
     return [actuator for actuator in spec.actuators if actuator.name in names]
 
 

@@ -50,7 +50,8 @@ def specification(spec: LogSpec, comments: Mapping[str, Sequence[str]] | None = 
 
 
 def _changed(value: Any, name: str) -> bool:
-    return bool(getattr(value, name) != getattr(type(value), name))
+    default = next(field.default for field in fields(value) if field.name == name)
+    return bool(getattr(value, name) != default)
 
 
 def _entries(part: Any) -> list[str]:

@@ -16,6 +16,7 @@ from sym2real.errors import ModelError, UnknownNameError
 from sym2real.field import Field, is_name
 from sym2real.layout import Layout, Layouts
 from sym2real.robots.description import is_text, spec_of
+from sym2real.robots.naming import STANDARD
 from sym2real.trajectory import Array
 from sym2real.vocabulary import (
     ATTITUDE,
@@ -159,11 +160,14 @@ def actions_of(model: mujoco.MjModel, wanted: Mapping[str, str]) -> Layout:
             raise UnknownNameError("actuator", name, known)
         index = known.index(name)
         field, unit = _quantity_of(model, index)
-        usual = next((standard for _, standard in VOCABULARY if column in standard.columns), None)
-        if usual is not None and driven_joint(model, index):
+        if column in STANDARD and driven_joint(model, index):
             raise ModelError(
-                f"actuator {name!r}, on a joint: expected another column than {column}, which is a {usual.name}"
+                f"actuator {name!r}, on a joint: expected a column of its own, "
+                f"found {column}, which means something else of robots that fly or drive"
             )
+        usual = next(
+            (standard for group, standard in VOCABULARY if group == "action" and column in standard.columns), None
+        )
         columns.append((column, usual or Field(field, (column,), unit, "body")))
     return layout_of(columns)
 

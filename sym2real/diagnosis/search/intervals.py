@@ -84,7 +84,10 @@ def estimates(selection: Selection, candidate: Candidate, fit: Fit, near: Near |
 
 
 def _by_inertia(selection: Selection, candidate: Candidate, fit: Fit) -> float:
-    """Factor on a torque where what makes the rate loop softer than nominal is inertia, not its stiffness; else one."""
+    """Factor on a torque where what makes the rate loop softer than nominal is inertia, not its stiffness; else one.
+
+    The first of the nuisance parameters is the loop's gain, which torques are divided by.
+    """
     problems = selection.problems
     effect = problems.library.effects[candidate.name]
     if not effect.of.by_torque(effect.body) or not problems.nuisance:

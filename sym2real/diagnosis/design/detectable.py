@@ -3,9 +3,10 @@
 An effect of size β changes the residuals of a log by r(β); what the free start cannot absorb of it, whitened, is
 λ(β) = ‖r(β)‖². It is found where λ exceeds what the acceptance rule of the search asks for: a relative gain, and
 Hotelling's test on blocks, which is Student's t for one parameter, also where blocks, or whole logs, of measured ones
-differ by more than their noise does. Near zero λ = β²F with the sensitivity matrix F = JᵀC⁻¹J; effects that begin at a
-threshold (limits, grip, dead bands) are evaluated at rising sizes instead, and forces that swing by the test that finds
-them among all frequencies. From which size on an effect matters for predictions is another number (see ``visible.py``).
+differ by more than their noise does; and where it matters for predictions (see ``visible.py``), or whole logs tell it
+from trim. Near zero λ = β²F with the sensitivity matrix F = JᵀC⁻¹J; effects that begin at a threshold (limits, grip,
+dead bands) are evaluated at rising sizes instead, and forces that swing by the test that finds them among all
+frequencies.
 
 Two effects cannot be distinguished where one's residuals are the other's: the part of F that fitting the other removes,
 tr(F_ab F_bb⁻¹ F_ba) / tr F_aa in units of the parameters' scales, is above 0.96 (a correlation of 0.98). A delay and
@@ -149,15 +150,19 @@ def _smooth(
     library, free = problems.library, tuple(slot for candidate in smooth for slot in candidate.free)
     (fit,) = problems.quadratics([Hypothesis(free, library.null)])
     sizes = (needed / fit.curvature.sum(0).diagonal().clamp_min(1e-300)).sqrt()
+    mattering = sizes.new_full(sizes.shape, inf) if predictions is None else predictions.of_parameters(free)
     if tested is not None and smooth:  # measured logs also tell what is narrow from trim
         own = [fit.part(candidate.free) for candidate in smooth]
         gains = [least_gain(problems, candidate, library.null, 2) for candidate in smooth]
         least = np.repeat(gains, [len(candidate.free) for candidate in smooth])
         sizes *= torch.as_tensor(least).div(SETTINGS.gain_beside).sqrt()
-        sizes = torch.maximum(sizes, torch.cat([sizes_beyond_chance(problems, part, tested) for part in own]))
+        tests = [sizes_beyond_chance(problems, part, tested) for part in own]
+        of_chance, of_trim = map(torch.cat, zip(*tests, strict=True))
+        sizes = torch.maximum(sizes, of_chance)
+        if predictions is not None:  # what predictions do not need, whole logs must establish
+            sizes = torch.maximum(sizes, torch.minimum(mattering, of_trim))
     hidden = torch.tensor([unresolved(problems.problem, slot) for slot in free], dtype=torch.float64)
     sizes = torch.maximum(sizes, hidden / library.scale[list(free)])
-    mattering = sizes.new_full(sizes.shape, inf) if predictions is None else predictions.of_parameters(free)
     rows = list[Visible]()
     for candidate in smooth:
         places, like = fit.places(candidate.free), _alike(problems, candidate, smooth, fit)

@@ -68,8 +68,8 @@ def beyond_trim(problems: Problems, fit: Fit, candidate: Candidate, origin: Tens
     return chance < SETTINGS.false_alarms_of_each(tested)
 
 
-def sizes_beyond_chance(problems: Problems, fit: Fit, tested: int) -> Tensor:
-    """Sizes of an effect's parameters, each alone, from which on :func:`beyond_chance` holds, in units of scales.
+def sizes_beyond_chance(problems: Problems, fit: Fit, tested: int) -> tuple[Tensor, Tensor]:
+    """Sizes of an effect's parameters, each alone, from which on :func:`beyond_chance` and :func:`beyond_trim` hold.
 
     Args:
         problems: what was fitted.
@@ -77,16 +77,18 @@ def sizes_beyond_chance(problems: Problems, fit: Fit, tested: int) -> Tensor:
         tested: number of hypotheses that had a chance.
 
     Returns:
-        ``# (n,)``, none where nobody can say.
+        In units of scales ``# (n,), (n,)``: none where nobody can say, infinite where whole logs are too few.
     """
-    count = len(fit.free)
+    count, each = len(fit.free), SETTINGS.false_alarms_of_each(tested)
     here = Distance(fit.gradient.new_zeros(count), list(range(count)), fit.gradient, fit.curvature)
+    many_logs = problems.log_count >= SETTINGS.fewest_logs
+    of_trim = here.sizes_at(each, problems.logs) if many_logs else torch.full_like(here.away, inf)
     if problems.block_count < SETTINGS.fewest_pieces:
-        return torch.zeros_like(here.away)
-    sizes = here.sizes_at(SETTINGS.false_alarms_of_each(tested), problems.blocks)
-    if not _enough_logs(problems, len(sizes)):
-        return sizes
-    return torch.maximum(sizes, here.sizes_at(SETTINGS.false_alarms_by_logs, problems.logs))
+        return torch.zeros_like(here.away), of_trim
+    sizes = here.sizes_at(each, problems.blocks)
+    if _enough_logs(problems, len(sizes)):
+        sizes = torch.maximum(sizes, here.sizes_at(SETTINGS.false_alarms_by_logs, problems.logs))
+    return sizes, of_trim
 
 
 def least_gain(problems: Problems, candidate: Candidate, values: Tensor, count: int) -> float:

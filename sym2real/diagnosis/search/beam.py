@@ -151,8 +151,7 @@ class Beam:
     def _waiting(self) -> Iterator[EffectSet]:
         """Sets that are still to be looked around in, those of the beam first."""
         best = self._best()
-        by_size = sorted(self.sets.values(), key=lambda effects: (len(effects.chosen), effects.price))
-        for size, same in groupby(by_size, key=lambda effects: len(effects.chosen)):
+        for size, same in self._by_size():
             cheapest = islice(filter(self._worth_its_size, same), SCREENED)
             worth = sorted(cheapest, key=self.selection.promise)[:WIDTH]
             for effects in worth:
@@ -162,6 +161,11 @@ class Beam:
         centres = chain(self._around(best), self._towards_significance(best), self._descents(best))
         yield from (effects for effects in centres if effects.names not in self.looked_around)
 
+    def _by_size(self) -> Iterator[tuple[int, Iterator[EffectSet]]]:
+        """All sets of every size, the cheapest first."""
+        ordered = sorted(self.sets.values(), key=lambda effects: (len(effects.chosen), effects.price))
+        return groupby(ordered, key=lambda effects: len(effects.chosen))
+
     def _around(self, centre: EffectSet) -> Iterator[EffectSet]:
         """A set, and it with each of its effects left out."""
         yield centre
@@ -170,11 +174,12 @@ class Beam:
 
     def _towards_significance(self, best: EffectSet) -> Iterator[EffectSet]:
         """Of cheaper sets than the best one, what they are without one of the effects that are not beyond chance."""
-        cheaper = (other for other in self.sets.values() if other.price < best.price and self._worth_its_size(other))
-        for effects in sorted(cheaper, key=lambda effects: effects.price):
-            doubtful = [member for member in effects.chosen if not self.selection.significant(effects.fit, member)]
-            without = [self._without(effects, member) for member in doubtful]
-            yield from sorted(without, key=lambda other: other.price)[:1]
+        for _, same in self._by_size():
+            cheaper = (other for other in same if other.price < best.price and self._worth_its_size(other))
+            for effects in list(islice(cheaper, WIDTH)):
+                doubtful = [member for member in effects.chosen if not self.selection.significant(effects.fit, member)]
+                without = [self._without(effects, member) for member in doubtful]
+                yield from sorted(without, key=lambda other: other.price)[:1]
 
     def _descents(self, best: EffectSet) -> Iterator[EffectSet]:
         """From the best set without one of its effects to ever cheaper ones without it, if less can be left at all."""

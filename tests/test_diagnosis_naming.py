@@ -9,12 +9,13 @@ import pytest
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import Diagnosis, diagnose
-from sym2real.diagnosis.naming import doubtful_names, renamed
+from sym2real.diagnosis.conclusion import Verdict
+from sym2real.diagnosis.naming import Doubt, doubts, renamed
 from sym2real.diagnosis.predict.competitors import EXCLUDED, NotTested
 from sym2real.diagnosis.score.finding import Finding
 from sym2real.diagnosis.unexplained.leftover import Leftover
 from sym2real.effects.manoeuvres import steady_speed
-from sym2real.robots import car
+from sym2real.robots import CRAZYFLIE, car
 from sym2real.trajectory import Trajectory
 
 # A car of full size: kg, kg m², m from the centre of mass to the axles, N/rad of an axle.
@@ -79,10 +80,27 @@ ANSWER = Diagnosis("EFFECT", "", (), (Finding("lever_arm", {}, 1.0),), (LEFT,), 
 
 def test_a_name_is_doubtful_where_something_is_left_and_another_was_not_tested() -> None:
     data = Dataset([drive(0, 8.0)])
-    assert doubtful_names(ANSWER, data) == ("lever_arm",)
-    assert doubtful_names(replace(ANSWER, leftovers=()), data) == ()
-    assert doubtful_names(replace(ANSWER, not_tried=()), data) == ()
-    assert doubtful_names(replace(ANSWER, findings=()), data) == ()
+    assert doubts(ANSWER, MODEL, data) == (Doubt(("lever_arm",)),)
+    assert doubts(replace(ANSWER, leftovers=()), MODEL, data) == ()
+    assert doubts(replace(ANSWER, not_tried=()), MODEL, data) == ()
+    assert doubts(replace(ANSWER, findings=()), MODEL, data) == ()
+
+
+@pytest.mark.parametrize(
+    ("verdict", "findings", "reason", "expected"),
+    [
+        ("EFFECT", (Finding("com_offset", {}, 0.9), Finding("gain:thrust", {}, 0.1, group=("added_mass",))), "b", True),
+        ("EFFECT", (Finding("com_offset", {}, 1.0),), "b", False),
+        ("UNEXPLAINED", (Finding("rotor_loss", {}, 1.0),), "b", True),
+        ("UNEXPLAINED", (Finding("com_offset", {}, 0.9), Finding("added_mass", {}, 0.1)), EXCLUDED, False),
+    ],
+)
+def test_a_load_is_in_doubt_where_what_stands_for_it_is_named_or_too_little(
+    verdict: Verdict, findings: tuple[Finding, ...], reason: str, expected: bool
+) -> None:
+    answer = Diagnosis(verdict, "", (), findings, (LEFT,), not_tried=(NotTested("payload", reason),))
+    own = (Doubt(("added_mass", "com_offset"), ("payload",)),)
+    assert doubts(answer, CRAZYFLIE.nominal(), Dataset([drive(0, 8.0)])) == (own if expected else ())
 
 
 def test_what_lost_its_name_is_said_to_stand_behind_another_effect() -> None:

@@ -1,13 +1,14 @@
 """Which of the effects that these logs hardly tell apart is named: another one, where that predicts better.
 
 At one speed tyres that slip do what a lever arm does, and the arm is named (``groups.py``). Drives at other speeds
-tell them apart, and where something is left beside the arm, the slip is put in its place.
+tell them apart, and where something is left beside the arm, the slip is put in its place. So is a load at an arm, where
+something is left beside a mass and a centre of mass, which stand for it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from fnmatch import fnmatch
 
 from sym2real.dataset import Dataset
@@ -17,28 +18,64 @@ from sym2real.diagnosis.question import Question
 from sym2real.diagnosis.score.finding import Scored
 from sym2real.diagnosis.score.held_out import Gate
 from sym2real.diagnosis.search.beam import SearchResult
+from sym2real.effects.catalogue import effect
 from sym2real.effects.groups import unnamed
+from sym2real.symbolic import Equations
 
 INSTEAD = "another effect, which predicts these logs better, stands for it"
 Searched = tuple[SearchResult, Scored | None]
 
 
-def doubtful_names(answer: Diagnosis, data: Dataset) -> tuple[str, ...]:
-    """Effects that are named for others in such logs, where something is left: one of those may do better."""
-    behind = unnamed({finding.effect for finding in answer.findings}, data) if answer.leftovers else {}
-    return tuple(dict.fromkeys(behind[other.effect][0] for other in answer.not_tried if other.effect in behind))
+@dataclass(frozen=True)
+class Doubt:
+    """Named effects in whose place others may predict better.
+
+    Args:
+        named: their keys.
+        included: what no search takes by itself, and may stand in their place.
+    """
+
+    named: tuple[str, ...]
+    included: tuple[str, ...] = ()
 
 
-def instead(scored: Scored | None, searched: Callable[[Question], Searched], key: str) -> Scored | None:
-    """What predicts better with one that an effect stands for in its place: of few effects, then of all; else None."""
+def doubts(answer: Diagnosis, equations: Equations, data: Dataset) -> tuple[Doubt, ...]:
+    """Effects that are named for others in such logs, where something is left: one of those may do better.
+
+    What several stand for is in doubt where all of them are named, and where what was found explains too little.
+    """
+    if not answer.leftovers:
+        return ()
+    groups = [{finding.effect, *finding.group} for finding in answer.findings]
+    behind = unnamed({finding.effect for finding in answer.findings}, data)
+    found = [Doubt((behind[other.effect][0],)) for other in answer.not_tried if other.effect in behind]
+    for key in (other.effect for other in answer.not_tried if other.reason != EXCLUDED):
+        kind = effect(key, equations).of
+        named = (any(other in group for group in groups) for other in kind.counts_as)
+        if kind.parts and kind.counts_as and (answer.verdict == "UNEXPLAINED" or all(named)):
+            found.append(Doubt(kind.counts_as, (key,)))
+    return tuple(dict.fromkeys(found))
+
+
+def instead(scored: Scored | None, searched: Callable[[Question], Searched], doubt: Doubt) -> Scored | None:
+    """What predicts better with others in the place of what is named, or as well with fewer beside; else None.
+
+    First of few effects, then of all.
+    """
     if scored is None:
         return None
-    prepared, before = scored.result.prepared, scored.gate.after
-    chosen = {candidate.name for candidate in scored.result.selection.chosen}
-    others = [prepared.library.key(other.name) for other in prepared.candidates if other.name not in chosen]
-    for beside in (others, ()):
-        _, other = searched(replace(prepared.question, exclude=(*prepared.question.exclude, key, *beside)))
-        if other is None or not Gate(before, other.gate.after).fallen:
+    question, library = scored.result.prepared.question, scored.result.prepared.library
+    beside = {finding.effect for finding in scored.findings} - {*doubt.named}
+    others = sorted({*map(library.key, library.effects)} - beside)
+    for left_out in (others, ()):
+        exclude = (*question.exclude, *doubt.named, *left_out)
+        _, other = searched(replace(question, exclude=exclude, include=doubt.included))
+        found = {finding.effect for finding in other.findings} if other else set[str]()
+        if other is None or not found.issuperset(doubt.included):
+            return None
+        change = Gate(scored.gate.after, other.gate.after)
+        fewer = len(found.difference(doubt.included)) < len(beside)
+        if not (change.fallen or (doubt.included and fewer and not change.worse)):
             return None
     return other
 

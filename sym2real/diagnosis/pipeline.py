@@ -12,7 +12,7 @@ from sym2real.diagnosis.answer import Diagnosis, conclude, unscored
 from sym2real.diagnosis.design.separation import untested_notes, with_advice
 from sym2real.diagnosis.errors.regions import locate
 from sym2real.diagnosis.estimate.preparation import Prepared, calibrate_base, estimate_covariance, refine_base
-from sym2real.diagnosis.naming import doubtful_names, instead, renamed
+from sym2real.diagnosis.naming import doubts, instead, renamed
 from sym2real.diagnosis.question import Question, check_data
 from sym2real.diagnosis.score.finding import Scored, score
 from sym2real.diagnosis.score.prediction_refit import refit_for_prediction
@@ -95,9 +95,9 @@ def diagnose(
     question = Question(model, data, plant, calibrate, held_out, exclude, horizon=horizon)
     result, scored = _searched(stages, question)
     answer = _answer(stages, result, scored)
-    for key in doubtful_names(answer, result.prepared.checked.data):
-        others = partial(instead, scored, partial(_searched, stages))
-        if better := stages.try_to(f"trying what {key} stands for in its place", others, key):
+    for doubt in doubts(answer, model, result.prepared.checked.data):
+        others, named = partial(instead, scored, partial(_searched, stages)), " and ".join(doubt.named)
+        if better := stages.try_to(f"trying what {named} may stand for", others, doubt):
             result, scored = better.result, better
             answer = renamed(_answer(stages, result, scored), exclude)
     prepared = result.prepared

@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -76,7 +77,7 @@ def draw(robot: str, seed: int, seen: Sequence[Visible]) -> tuple[str, dict[str,
     The kind is drawn first, so that a robot of many joints is not all friction; then a joint, an actuator or an axis.
     Sensors are left out, and limits, which have no size to be doubled.
     """
-    own = [row for row in seen if row.smallest is not None and not row.effect.startswith(LEFT_OUT)]
+    own = [row for row in seen if not row.effect.startswith(LEFT_OUT) and _values(robot, row)]
     rng = np.random.default_rng([seed, 1])
     kinds = sorted({row.effect.partition(":")[0].partition(" ")[0] for row in own})
     kind = kinds[rng.integers(len(kinds))]
@@ -84,12 +85,16 @@ def draw(robot: str, seed: int, seen: Sequence[Visible]) -> tuple[str, dict[str,
     row = rows[rng.integers(len(rows))]
     key, _, choice = row.effect.partition(" ")  # of a rotor
     parameters = effect(key, ROBOTS[robot]).parameters
-    known = next(parameter for parameter in parameters if parameter.name == row.parameter)
     chosen = {parameter.name: float(choice) for parameter in parameters if choice and not parameter.fitted}
-    size = LARGER * (row.smallest or 0.0)
-    sides = [side for side in (-1.0, 1.0) if known.low <= known.null + side * size <= known.high]
-    value = float(known.null + size * rng.choice(sides or [1.0]))
-    return key, {**chosen, row.parameter: value}, [*row.like, *row.always]
+    return key, {**chosen, row.parameter: float(rng.choice(_values(robot, row)))}, [*row.like, *row.always]
+
+
+def _values(robot: str, row: Visible) -> list[float]:
+    """On both sides of none, as large as a draw asks for, as far as that is likely."""
+    parameters = effect(row.effect.partition(" ")[0], ROBOTS[robot]).parameters
+    known = next(parameter for parameter in parameters if parameter.name == row.parameter)
+    size = LARGER * (inf if row.smallest is None else row.smallest)
+    return [value for value in (known.null - size, known.null + size) if known.low <= value <= known.high]
 
 
 def judged(robot: str, seed: int, hidden: bool) -> Asked:

@@ -15,7 +15,7 @@ from sym2real.diagnosis.predict.competitors import EXCLUDED, NotTested
 from sym2real.diagnosis.score.finding import Finding
 from sym2real.diagnosis.unexplained.leftover import Leftover
 from sym2real.effects.manoeuvres import steady_speed
-from sym2real.robots import CRAZYFLIE, car
+from sym2real.robots import CRAZYFLIE, car, quadrotor
 from sym2real.trajectory import Trajectory
 
 # A car of full size: kg, kg m², m from the centre of mass to the axles, N/rad of an axle.
@@ -99,8 +99,9 @@ def test_a_load_is_in_doubt_where_what_stands_for_it_is_named_or_too_little(
     verdict: Verdict, findings: tuple[Finding, ...], reason: str, expected: bool
 ) -> None:
     answer = Diagnosis(verdict, "", (), findings, (LEFT,), not_tried=(NotTested("payload", reason),))
-    own = (Doubt(("added_mass", "com_offset"), ("payload",)),)
-    assert doubts(answer, CRAZYFLIE.nominal(), Dataset([drive(0, 8.0)])) == (own if expected else ())
+    own, data = (Doubt(("added_mass", "com_offset"), ("payload",)),), Dataset([drive(0, 8.0)])
+    assert doubts(answer, CRAZYFLIE.nominal(), data) == (own if expected else ())
+    assert doubts(answer, quadrotor(mass=0.03, attitude="measured"), data) == ()  # no rate is predicted
 
 
 def test_what_lost_its_name_is_said_to_stand_behind_another_effect() -> None:

@@ -49,11 +49,11 @@ def doubts(answer: Diagnosis, equations: Equations, data: Dataset) -> tuple[Doub
     groups = [{finding.effect, *finding.group} for finding in answer.findings]
     behind = unnamed({finding.effect for finding in answer.findings}, data)
     found = [Doubt((behind[other.effect][0],)) for other in answer.not_tried if other.effect in behind]
-    for key in (other.effect for other in answer.not_tried if other.reason != EXCLUDED):
-        kind = effect(key, equations).of
-        named = (any(other in group for group in groups) for other in kind.counts_as)
-        if kind.parts and kind.counts_as and (answer.verdict == "UNEXPLAINED" or all(named)):
-            found.append(Doubt(kind.counts_as, (key,)))
+    for other in (effect(entry.effect, equations) for entry in answer.not_tried if entry.reason != EXCLUDED):
+        together = other.of.counts_as if other.of.parts and not other.why_not(equations) else ()
+        named = (any(key in group for group in groups) for key in together)
+        if together and (answer.verdict == "UNEXPLAINED" or all(named)):
+            found.append(Doubt(together, (other.key,)))
     return tuple(dict.fromkeys(found))
 
 

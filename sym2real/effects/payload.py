@@ -21,7 +21,7 @@ from sym2real.effects.wrench import AXES
 from sym2real.vocabulary import RATE_COMMAND
 
 STOOD_FOR = (
-    "added_mass, com_offset and, at a long arm, inertia_axes stand for it; "
+    "added_mass, com_offset and, at a long arm, inertia_axes stand for it, as long as nothing is left beside them; "
     "`sym2real add MODEL payload --fit LOG` fits them as one load"
 )
 RADIUS = 0.003  # m, of the ball that the truth hangs on the robot

@@ -9,10 +9,10 @@ for several others keeps them out, as each of them alone, put in its place, is w
 less than the best set does, it is gone on from each of its effects left out, without that effect, as long as another
 more or less is cheaper. The search ends where all of these have been looked around in and, as a set may have several
 valleys, fitted anew from the other starts of their effects. The answer is the cheapest set of which every effect is
-beyond chance. Sets on the way need not be: while much is missing, errors are large, and no test tells. A cheaper set
-than the answer has effects that are not beyond chance; it is looked around in what it is without one of them. Where no
-single effect helps, two may that hide each other. The best of some hundred pairs saves something by luck, so what a
-pair saves must be beyond its standard error.
+beyond chance. Sets on the way need not be: while much is missing, errors are large, and no test tells. Sets that cost
+less than the answer have effects that are not beyond chance; the cheapest of every size are looked around in what they
+are without one of these. Where no single effect helps, two may that hide each other. The best of some hundred pairs
+saves something by luck, so what a pair saves must be beyond its standard error.
 """
 
 from __future__ import annotations

@@ -86,7 +86,8 @@ def test_no_simulator_has_the_parameters_of_equations() -> None:
 
 def test_constants_that_calibration_lifts_do_not_compete() -> None:
     """They are numbers, which are known, whatever they are called while a fit moves them."""
-    from sym2real.diagnosis.predict.candidate import library_for, library_of
+    from sym2real.diagnosis.predict.candidate import library_for
+    from sym2real.diagnosis.predict.library import library_of
 
     data = sailed(0, logs=1, rows=60)
     library = library_for(boat(), data)

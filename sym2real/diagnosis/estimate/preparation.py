@@ -14,14 +14,13 @@ from sym2real.diagnosis.estimate.simulator import SWITCHED_OFF, flown_along, wit
 from sym2real.diagnosis.estimate.swing import Swing, find_swing
 from sym2real.diagnosis.estimate.whitening import Spread, Whitened, Whitening, estimate, free_start
 from sym2real.diagnosis.faults.sanity import Checked
-from sym2real.diagnosis.predict.candidate import Candidate, candidates, library_for, library_of, swings
+from sym2real.diagnosis.predict.candidate import Candidate, candidates, competing_in, library_for, swings
 from sym2real.diagnosis.predict.competitors import NotTested, competing
-from sym2real.diagnosis.predict.library import Library
+from sym2real.diagnosis.predict.library import Library, library_of
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.question import Examined, Question
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects import effect
-from sym2real.effects.inputs import with_inputs_of
 from sym2real.errors import ModelError
 from sym2real.plants import MujocoPlant
 from sym2real.robots.left_out import left_out_notes
@@ -191,7 +190,7 @@ def uncalibrated(prepared: Prepared) -> Prepared:
 
 
 def _not_tested(model: Equations, data: Dataset, question: Question) -> tuple[NotTested, ...]:
-    keys, others = competing(with_inputs_of(model, data), data, question.exclude)
+    keys, others = competing(competing_in(model, data), data, question.exclude)
     swinging = [key for key in keys if effect(key, model).searching.swings]
     calm = [NotTested(key, NO_SWING) for key in swinging if not swings(data)]
     return (*(left_out for left_out in others if left_out.effect not in question.include), *calm)

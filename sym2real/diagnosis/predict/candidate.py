@@ -11,8 +11,8 @@ from torch import Tensor
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.predict.competitors import competing, values_for
-from sym2real.diagnosis.predict.library import Library
-from sym2real.effects import applicable, effect
+from sym2real.diagnosis.predict.library import Library, library_of
+from sym2real.effects import applicable
 from sym2real.effects.catalogue import require_patterns
 from sym2real.effects.groups import Group, holding, others_of
 from sym2real.effects.inputs import ANGLE, has_force, with_inputs_of
@@ -60,19 +60,20 @@ def library_for(
     Logs with the battery's voltage give the equations that input, so that thrust may sag with it.
     """
     require_patterns(exclude)
-    equations = with_inputs_of(equations, data)
-    # A force that the logs know is not the base's to leave out.
-    equations = equations if any(map(has_force, data)) else _with_forces(equations)
+    equations = competing_in(equations, data)
     return library_of(equations, tuple(dict.fromkeys((*competing(equations, data, exclude)[0], *include))))
 
 
+def competing_in(equations: Equations, data: Dataset) -> Equations:
+    """The equations that effects compete in: with inputs of the logs, and a force that these do not know.
+
+    A force that the logs know is not the base's to leave out.
+    """
+    equations = with_inputs_of(equations, data)
+    return equations if any(map(has_force, data)) else _with_forces(equations)
+
+
 _with_forces = lru_cache(maxsize=4)(with_force_inputs)  # the same equations again, of which libraries are kept
-
-
-@lru_cache(maxsize=8)
-def library_of(equations: Equations, keys: tuple[str, ...]) -> Library:
-    """The equations with these effects; kept, because composing and compiling takes longer than a search."""
-    return Library.of(equations, [effect(key, equations) for key in keys])
 
 
 def candidates(library: Library, data: Dataset) -> tuple[Candidate, ...]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from fnmatch import fnmatch
 from functools import lru_cache
@@ -11,7 +12,7 @@ import numpy as np
 import torch
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.predict.library import Library
+from sym2real.diagnosis.predict.library import Library, library_of
 from sym2real.effects import Effect, effect
 from sym2real.effects.catalogue import known
 from sym2real.effects.filters import spelled_out
@@ -38,21 +39,37 @@ def competing(
     equations: Equations, data: Dataset, exclude: Collection[str] = ()
 ) -> tuple[tuple[str, ...], tuple[NotTested, ...]]:
     """Keys of the effects of such a robot that compete on this data, and all others."""
+    refused: dict[str, str] = {}
+    while True:
+        reasons = _reasons(equations, data, exclude, refused)
+        keys = tuple(key for key, reason in reasons.items() if not reason)
+        more = {} if _composed(equations, keys) else {key: why for key in keys if (why := _refused(key, equations))}
+        if not more:
+            return keys, tuple(NotTested(key, reason) for key, reason in reasons.items() if reason)
+        refused |= more
+
+
+def _composed(equations: Equations, keys: tuple[str, ...]) -> bool:
+    """Whether the equations can be given all of these effects; what comes of it is kept for the search."""
+    with suppress(ModelError):
+        return bool(library_of(equations, keys))
+    return False
+
+
+def _reasons(
+    equations: Equations, data: Dataset, exclude: Collection[str], refused: Mapping[str, str]
+) -> dict[str, str]:
+    """Why each effect does not compete, "" where it does."""
     effects = {effect.key: effect for effect in known(equations)}
-    reasons = {key: _why_not(effect, equations, data, exclude) for key, effect in effects.items()}
+    reasons = {key: refused.get(key) or _why_not(effect, equations, data, exclude) for key, effect in effects.items()}
     reasons |= {
         key: f"{effect.stood_for_by} stands for it: no log tells them apart"
         for key, effect in effects.items()
         if not reasons[key] and reasons.get(effect.stood_for_by) == ""
     }
     left = {key for key, reason in reasons.items() if not reason}
-    reasons |= {
-        key: f"{by} stands for it: in these logs {why}"
-        for key, (by, why) in unnamed(left, data).items()
-        if not reasons.get(key, "-")
-    }
-    keys = tuple(key for key, reason in reasons.items() if not reason)
-    return keys, tuple(NotTested(key, reason) for key, reason in reasons.items() if reason)
+    behind = unnamed(left, data).items()
+    return reasons | {key: f"{by} stands for it: in these logs {why}" for key, (by, why) in behind if key in left}
 
 
 def _why_not(effect: Effect, equations: Equations, data: Dataset, exclude: Collection[str]) -> str:
@@ -63,16 +80,12 @@ def _why_not(effect: Effect, equations: Equations, data: Dataset, exclude: Colle
         effect.searching.why_not(effect.body)
         or effect.why_not(equations).removeprefix(f"{effect.key} ")
         or still(equations, effect, data)
-        or _refused(effect.key, equations)
     )
 
 
 @lru_cache(maxsize=512)
 def _refused(key: str, equations: Equations) -> str:
-    """Why the equations cannot be given an effect that has all it names: a force without a place, a number for that.
-
-    Kept, because testing all of them takes a third of a diagnosis, which asks twice.
-    """
+    """Why the equations cannot be given an effect that has all it names: a force without a place, a number for that."""
     try:
         Library.of(equations, [effect(key, equations)])
     except ModelError as error:

@@ -10,7 +10,7 @@ import torch
 from sympy import Expr, Integer, Symbol
 from torch import Tensor
 
-from sym2real.effects import Effect, compose
+from sym2real.effects import Effect, compose, effect
 from sym2real.effects.filters import without_quantities
 from sym2real.effects.inputs import ANGLE
 from sym2real.effects.kind import Parameter
@@ -56,12 +56,12 @@ class Library:
         named: dict[str, Effect] = {}
         chosen = []
         slots: list[Slot] = []
-        for effect in effects:
-            base = with_angle(base) if effect.searching.swings else base
-            for name, given in _settled(effect):
-                named[name] = effect
-                fitted = [p for p in effect.parameters if p.fitted and p.name not in given]
-                chosen.append((effect, {**given, **{p.name: _symbol(effect, name, p.name) for p in fitted}}))
+        for own in effects:
+            base = with_angle(base) if own.searching.swings else base
+            for name, given in _settled(own):
+                named[name] = own
+                fitted = [p for p in own.parameters if p.fitted and p.name not in given]
+                chosen.append((own, {**given, **{p.name: _symbol(own, name, p.name) for p in fitted}}))
                 slots += [Slot(name, p) for p in fitted]
         equations = compose(shielded(base), chosen)
         return cls(base, equations, named, tuple(slots), equations)
@@ -139,6 +139,12 @@ class Library:
         if slots is None:
             return torch.ones(len(sets), dtype=torch.bool)
         return (sets[:, list(slots)] != self.null[list(slots)]).any(dim=1)
+
+
+@lru_cache(maxsize=8)
+def library_of(equations: Equations, keys: tuple[str, ...]) -> Library:
+    """The equations with these effects; kept, because composing and compiling takes longer than a search."""
+    return Library.of(equations, [effect(key, equations) for key in keys])
 
 
 def _settled(effect: Effect) -> list[tuple[str, dict[str, Expr | float]]]:

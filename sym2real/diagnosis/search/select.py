@@ -199,9 +199,12 @@ class Selection:
         return all(self.significant(effects.fit, member) for member in members)
 
     def at_bound(self, fit: Fit, candidate: Candidate) -> bool:
-        """Whether a fit has driven a parameter to the end of what is likely, which is not where the effect is none."""
+        """Whether a fit has driven a parameter to the end of what is likely, which is not where the effect is none.
+
+        A share that goes with another parameter ends where it must, at nothing and all.
+        """
         library = self.problems.problem.library
-        slots = candidate.slots
+        slots = [slot for slot in candidate.slots if library.slots[slot].parameter.acts_alone]
         values, near = fit.values[slots], AT_BOUND * library.scale[slots]
         ends = [(values - bound[slots]).abs() <= near for bound in library.bounds]
         elsewhere = (values - library.null[slots]).abs() > near

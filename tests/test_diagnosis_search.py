@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 import torch
 from standard_set import Case, simulate_case
@@ -75,6 +77,21 @@ def test_a_lag_of_no_time_is_none_whatever_of_it_a_gyro_would_show() -> None:
     (fit,) = selection.problems.quadratics([Hypothesis(selection.free([lag]), values)])
     selection.put([lag], fit)
     assert none_within(Near.of(selection), lag)
+
+
+@pytest.mark.slow
+def test_a_share_may_be_nothing_or_all_and_a_time_at_the_end_of_what_is_likely_is_no_time() -> None:
+    selection = selection_of(Case("mushr", (("lag:steer", {"value": 0.1}),), seed=5))
+    (lag,) = (one for one in selection.candidates if one.name == "lag:steer")
+    selection.put(
+        [lag], selection.problems.fit([Hypothesis(selection.free([lag]), lag.started(selection.origin, 0.1))])[0]
+    )
+    library = selection.problems.library
+    for slot in lag.slots:
+        values = selection.fit.values.clone()
+        values[slot] = library.bounds[1][slot]
+        ends = selection.at_bound(replace(selection.fit, values=values), lag)
+        assert ends is library.slots[slot].parameter.acts_alone
 
 
 @pytest.mark.slow

@@ -16,6 +16,7 @@ from paper_robots import PAPER_ROBOTS
 from scipy.signal import lfilter
 from standard_set import Case, simulate_case
 
+from sym2real.control.logged import Replayed
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import add, data_report
 from sym2real.diagnosis.faults import sanity
@@ -29,6 +30,7 @@ from sym2real.diagnosis.faults.sanity import check
 from sym2real.diagnosis.faults.sensor_readings import readings
 from sym2real.diagnosis.faults.units import Scaled
 from sym2real.logs.differences import rates_on_time
+from sym2real.plants import MujocoPlant, run_episode
 from sym2real.robots import CRAZYFLIE, ROBOTS, car
 from sym2real.robots.mushr import WHEELBASE
 from sym2real.trajectory import Array, Trajectory
@@ -356,6 +358,23 @@ def test_what_is_let_go_under_full_force_does_not_jump() -> None:
     state[200:, joint] += 0.3
     (jump,) = bad_rows(Dataset([replace(log, state=state)]))
     assert (jump.columns, jump.cuts) == (("pole",), ((200,),))
+
+
+def test_what_a_torque_throws_within_a_row_does_not_jump() -> None:
+    """A cart that stands but for one row of full force each way; MuJoCo throws it, a sensor's spike stays one."""
+    robot = ROBOTS["cart_pole"]
+    pushes = np.zeros((90, 1))
+    pushes[20], pushes[21] = 10.0, -10.0
+    log = run_episode(MujocoPlant(robot), Replayed(pushes), start=np.zeros(4), steps=90)
+    state = log.state + np.random.default_rng(0).normal(0.0, 1e-4, log.state.shape)
+    rate = robot.layouts.state.index("slider_rate")
+    thrown = Dataset([replace(log, state=state)])
+    assert [bad.columns for bad in bad_rows(thrown)] == [("slider_rate",), ("pole_rate",)]
+    assert bad_rows(thrown, robot.nominal()) == []
+    state = state.copy()
+    state[50, rate] += 1.0
+    (spike,) = bad_rows(Dataset([replace(log, state=state)]), robot.nominal())
+    assert (spike.columns, np.flatnonzero(spike.rows[0]).tolist()) == (("slider_rate",), [50])
 
 
 def test_a_yaw_rate_that_overshoots_as_the_steering_goes_over_is_no_spike() -> None:

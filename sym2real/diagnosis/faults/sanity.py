@@ -109,7 +109,7 @@ def looks_for(model: Equations | None) -> tuple[tuple[Look, ...], ...]:
     columns. Then units again, as a turned frame hid them, and again what was done to columns: once those have their
     units and signs, more can be seen.
     """
-    frames = (bad_rows, scalar_last, other_angles)
+    frames = (partial(bad_rows, model=model), scalar_last, other_angles)
     if model is None:
         return (*frames, against_the_path), BY_SENSORS, ()
     mistaken, commands = partial(mistakes, model), partial(foreign_commands, model)

@@ -4,8 +4,9 @@ A row repeats where a sensor's columns hold to the last bit what they held in th
 as a slower sensor or a lost packet writes it: the next fresh row has then moved by more than one step. A component of
 a velocity or a rate stands where it holds the same bits, not those of zero, longer than a jump lasts while the others
 go on, though it changes from row to row elsewhere. A value jumps where it leaves its neighbours by far more than its
-changes vary, and by more than they move there: what is let go under full torque does not jump. Of up to three such
-rows in a row the values are interpolated; longer runs cut the log, and nothing is made up inside.
+changes vary, and by more than they move there: what is let go under full torque does not jump, nor does what the model
+moves so from the row before, as a torque that steps moves a light arm. Of up to three such rows in a row the values are
+interpolated; longer runs cut the log, and nothing is made up inside.
 """
 
 from __future__ import annotations
@@ -21,10 +22,12 @@ from scipy.ndimage import binary_opening, median_filter
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.start import ROWS
 from sym2real.diagnosis.settings import SETTINGS
+from sym2real.effects.along_logs import from_row_to_row
 from sym2real.field import Field
 from sym2real.logs.noise import MAD_TO_SIGMA
 from sym2real.logs.sources import AsRead
 from sym2real.logs.standing import Rows, stretches
+from sym2real.symbolic import Equations
 from sym2real.trajectory import Array, Trajectory
 
 
@@ -73,8 +76,13 @@ class BadRows:
         return Dataset(piece for log, rows, cuts in parts for piece in _mended(log, self.columns, rows, cuts))
 
 
-def bad_rows(data: Dataset) -> list[BadRows]:
-    """What repeats, then what stands, then what jumps, each in the logs without those before it."""
+def bad_rows(data: Dataset, model: Equations | None = None) -> list[BadRows]:
+    """What repeats, then what stands, then what jumps, each in the logs without those before it.
+
+    Args:
+        data: logs.
+        model: tells a jump from motion, if it has the columns of the logs.
+    """
     damages, fields = list[BadRows](), data.layouts.state.fields
     while bad := _all_that_repeats(data) or _standing(data):
         if not len(whole := bad.undone(data)):  # nothing else is left to judge
@@ -82,7 +90,7 @@ def bad_rows(data: Dataset) -> list[BadRows]:
         damages.append(bad)
         data = whole
     for columns in (sensor for field in fields if field.kind == "vector" for sensor in _sensors(field)):
-        if (jumping := _jumping(data, columns)) is not None:
+        if (jumping := _jumping(data, columns, model)) is not None:
             damages.append(jumping)
             data = jumping.undone(data)
     return damages
@@ -141,7 +149,7 @@ def _long_runs(rows: Rows) -> Rows:
     return np.asarray(binary_opening(rows, np.ones(SETTINGS.jump_rows + 1, dtype=bool)))
 
 
-def _jumping(data: Dataset, columns: tuple[str, ...]) -> BadRows | None:
+def _jumping(data: Dataset, columns: tuple[str, ...], model: Equations | None) -> BadRows | None:
     layout = data.layouts.state
     places = layout.indices(columns)
     changes = [np.diff(log.state[:, places], axis=0) for log in data]
@@ -156,11 +164,29 @@ def _jumping(data: Dataset, columns: tuple[str, ...]) -> BadRows | None:
     least = max(least, SETTINGS.jump_metres) if stays else least
     moving = [np.linalg.norm(around, axis=1) for around in usual]
     jumps = [np.flatnonzero(size > np.maximum(least, move)) + 1 for size, move in zip(sizes, moving, strict=True)]
+    jumps = _unpredicted(model, data, columns, jumps)
     excursions = [_excursions(change, there, stays=stays) for change, there in zip(changes, jumps, strict=True)]
     if least <= 0.0 or not any(rows.any() or cuts for rows, cuts in excursions):
         return None
     rows, cuts = zip(*excursions, strict=True)
     return BadRows("jump", columns, rows, cuts)
+
+
+def _unpredicted(
+    model: Equations | None, data: Dataset, columns: tuple[str, ...], jumps: list[NDArray[np.int64]]
+) -> list[NDArray[np.int64]]:
+    """Rows of each log to which values jump, without those where a model's step from the row before is most of it."""
+    stepping = from_row_to_row(model, data) if model is not None and any(map(len, jumps)) else None
+    if stepping is None:
+        return jumps
+    (predict, known), places, left = stepping, data.layouts.state.indices(columns), []
+    for log, there in zip(known, jumps, strict=True):
+        before = (torch.as_tensor(part[there - 1]) for part in (log.state, log.action, log.inputs))
+        missed = log.state[there][:, places] - predict(*before).numpy()[:, places]
+        whole = log.state[there][:, places] - log.state[there - 1][:, places]
+        moved = np.linalg.norm(missed, axis=1) < SETTINGS.mostly * np.linalg.norm(whole, axis=1)
+        left.append(there[~moved])
+    return left
 
 
 def _excursions(change: Array, jumps: NDArray[np.int64], *, stays: bool) -> tuple[Rows, tuple[int, ...]]:

@@ -9,6 +9,7 @@ from standard_set import Case, simulate_case
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import compare
+from sym2real.diagnosis.conclusion import Parts
 from sym2real.diagnosis.errors.floor import Floor, SensorNoise, floor_of_explained, no_higher_than_reached
 from sym2real.diagnosis.errors.rungs import Rung, RungError, horizons_for, ladder
 from sym2real.diagnosis.estimate.whitening import Spread, estimate
@@ -17,6 +18,7 @@ from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.unexplained.explaining import disturbance_notes
 from sym2real.experiments.standard_conditions import ANGLE_NOISE, POSITION_NOISE
 from sym2real.logs.differences import rates_on_time
+from sym2real.report.summary import summary
 from sym2real.robots import CRAZYFLIE
 
 
@@ -104,3 +106,11 @@ def test_disturbances_that_make_most_of_the_floor_are_said(noise: float | None, 
     assert bool(lines) == said
     assert not said or "the position error 2.0 times that of noise alone" in lines[0]
     assert disturbance_notes([]) == ()
+
+
+@pytest.mark.parametrize(("noise", "words"), [(0.03, "and small disturbances."), (0.01, "error 6.0 times as large.")])
+def test_disturbances_are_small_or_said_to_be_as_large_as_they_are(noise: float, words: str) -> None:
+    floor = Floor(0.8, {"position": (0.06, "m")}, {"position": noise})
+    said = summary("NOTHING_MISSING", Parts(floor=(floor,)))
+    assert said.startswith("Nothing is missing beyond noise")
+    assert said.endswith(words)

@@ -102,7 +102,7 @@ THRUST_CURVE = _of_rotorcraft(
     stage="thrust",
     parameters=of_any_body(Parameter("value", "1", null=1.0, low=0.3, high=3.0, scale=0.2)),
     formula=r"T \to T_0\,(T/T_0)^p",
-    summary="The thrust map is bent: right in hover, wrong above and below.",
+    summary="The map of the whole thrust is bent: right in hover, wrong above and below.",
     confused_with="a thrust gain with an offset, where thrust varies little",
     shown_by="thrust over a wide range: hard climbs and descents",
     fix="measure thrust against command on a scale and replace the thrust map",

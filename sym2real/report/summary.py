@@ -11,6 +11,7 @@ from sym2real.diagnosis.errors.rungs import Rung
 from sym2real.diagnosis.score.finding import Finding
 from sym2real.diagnosis.score.held_out import Gate
 from sym2real.diagnosis.settings import SETTINGS
+from sym2real.diagnosis.unexplained.explaining import disturbed_most
 from sym2real.diagnosis.unexplained.leftover import Leftover
 from sym2real.effects.few_words import in_few_words
 
@@ -43,7 +44,7 @@ def summary(answer: Verdict, parts: Parts, interrupted: str = "") -> str:
         clauses.append(f"something is missing that none of the tested effects explains: {' and '.join(left)}")
         clauses += [*_beside(findings, gate, leftovers), *minor]
     elif answer == "NOTHING_MISSING":
-        clauses += ["nothing is missing beyond noise and small disturbances", *rest, *_small(findings)]
+        clauses += [_nothing(parts), *rest, *_small(findings)]
     elif parts.suspects:
         clauses += [_suspected(parts.suspects), *rest]
     else:
@@ -52,6 +53,14 @@ def summary(answer: Verdict, parts: Parts, interrupted: str = "") -> str:
         clauses.append(f"{interrupted} was interrupted before it ended")
     sentence = "; ".join(clauses)
     return sentence[:1].upper() + sentence[1:] + "."
+
+
+def _nothing(parts: Parts) -> str:
+    """That nothing is missing, beside disturbances that are small, or as large as they are."""
+    error, times = disturbed_most(parts.floor) or ("", 0.0)
+    if times < SETTINGS.far:
+        return "nothing is missing beyond noise and small disturbances"
+    return f"nothing is missing beyond noise, and disturbances that make the {error} error {times:.1f} times as large"
 
 
 def _missing(announced: Sequence[Finding], stages: Sequence[Rung]) -> list[str]:

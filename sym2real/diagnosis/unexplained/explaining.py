@@ -104,13 +104,20 @@ def judged_at(floor: Sequence[Floor]) -> Floor:
     return min(floor, key=lambda level: abs(level.horizon - JUDGED_AT))
 
 
-def disturbance_notes(floor: Sequence[Floor]) -> tuple[str, ...]:
-    """What disturbances that follow nothing measured do to predictions, where that is most of the floor's squares."""
+def disturbed_most(floor: Sequence[Floor]) -> tuple[str, float] | None:
+    """The judged error that disturbances which follow nothing measured raise most, and how often it is that of noise
+    alone; None where they do not make most of the floor's squares.
+    """
     times = judged_at(floor).disturbed if floor else {}
     worst = max(judged(times), key=times.__getitem__, default="")
-    if not worst or 1.0 - times[worst] ** -2 < SETTINGS.mostly:
+    return (worst, times[worst]) if worst and 1.0 - times[worst] ** -2 >= SETTINGS.mostly else None
+
+
+def disturbance_notes(floor: Sequence[Floor]) -> tuple[str, ...]:
+    """What disturbances that follow nothing measured do to predictions, where that is most of the floor's squares."""
+    if (most := disturbed_most(floor)) is None:
         return ()
-    words = f"make the {worst} error {times[worst]:.1f} times that of noise alone"
+    words = "make the {} error {:.1f} times that of noise alone".format(*most)
     instance = "gusts, say, or a part that moves by itself, such as a load on a string"
     return (f"disturbances that follow nothing measured {words}: {instance}",)
 

@@ -62,8 +62,8 @@ class NominalQuadrotor(OfLogs):
     """Reaction torque per thrust of a rotor in m; with motors the Crazyflie's by default, else only a weak rotor needs
     it."""
     arm: OptionalPositive = None
-    """Centre to rotor in m, of four on the diagonals (X); with motors the Crazyflie's by default, else only a weak rotor
-    needs it."""
+    """Centre to rotor in m, of four on the diagonals (X); with motors the Crazyflie's by default, else only a weak
+    rotor needs it."""
     spin: tuple[int, int, int, int] | None = None
     """Sign of each rotor's reaction torque about body z (motors); the Crazyflie's by default."""
     fit_thrust: Path | None = None

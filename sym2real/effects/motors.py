@@ -92,8 +92,7 @@ TORQUE_SCALE = Kind(
     ),
     formula=r"\tau_i \to k_i\,\tau_i",
     summary="The motors turn the body by more or less than the model says: a lever or an inertia is another one.",
-    confused_with="gains of all motors, which change the thrust as well; an inertia that is off is the same thing; "
-    "a bent curve of every rotor, with equal factors beside a thrust_curve of that number",
+    confused_with="gains of all motors, which change the thrust as well; an inertia that is off is the same thing",
     shown_by="turns about all axes, to both sides: dither of the motors, each on its own",
     fix="set arm, reaction torque per thrust or inertia by this factor; a bifilar pendulum measures the inertia",
     inject=truth.editing(_lengthen),

@@ -88,8 +88,11 @@ STRAIGHT_BELOW = 0.01
 
 
 def _thrust_curve_substitute(equations: Equations, values: Values, body: Body) -> Equations:
-    hover = hover_thrust(body)
-    return scaled(equations, Max(symbol("thrust") / hover, STRAIGHT_BELOW) ** (values["value"] - 1))
+    """Every rotor's curve: to first order of how rotors differ, their torques go by its slope, p times as steep."""
+    bent = scaled(equations, Max(symbol("thrust") / hover_thrust(body), STRAIGHT_BELOW) ** (values["value"] - 1))
+    if not driven_by_motors(equations):
+        return bent
+    return bent.substitute({name: symbol(name) * values["value"] for name in motor_sums(equations) if name != "thrust"})
 
 
 def _bend(command: float, body: Body, values: Numbers) -> float:
@@ -97,16 +100,27 @@ def _bend(command: float, body: Body, values: Numbers) -> float:
     return float(hover * (max(command, 0.0) / hover) ** values["value"])
 
 
+def _bent(body: Body, values: Numbers) -> Change:
+    """Of the thrust command, or of every motor's thrust."""
+    if "thrust" not in body.quantities:
+        return truth.commanding(_bend, "thrust")(body, values)
+
+    def bend(data: Any, body: Body, values: Numbers) -> None:
+        truth.bend_rotors(data, lambda alone: _bend(body.rotors * alone, body, values) / body.rotors)
+
+    return truth.with_force(bend)(body, values)
+
+
 THRUST_CURVE = _of_rotorcraft(
     name="thrust_curve",
     stage="thrust",
     parameters=of_any_body(Parameter("value", "1", null=1.0, low=0.3, high=3.0, scale=0.2)),
     formula=r"T \to T_0\,(T/T_0)^p",
-    summary="The map of the whole thrust is bent: right in hover, wrong above and below.",
+    summary="The thrust map is bent, each rotor's where motors turn the body: right in hover, wrong above and below.",
     confused_with="a thrust gain with an offset, where thrust varies little",
     shown_by="thrust over a wide range: hard climbs and descents",
     fix="measure thrust against command on a scale and replace the thrust map",
-    inject=truth.commanding(_bend, "thrust"),
+    inject=_bent,
     substitute=_thrust_curve_substitute,
     needs=("thrust",),
     numbers=("mass",),

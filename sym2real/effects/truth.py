@@ -70,6 +70,19 @@ def scale_thrust(data: Any, factor: float) -> None:
         add_torque(data, (factor - 1.0) * np.array(data.qfrc_actuator[3:6]))
 
 
+def bend_rotors(data: Any, given: Callable[[float], float]) -> None:
+    """Every rotor gives what is made of its own thrust in N, with as many times its torques."""
+    import mujoco  # noqa: PLC0415 — whoever simulates has it loaded
+
+    moments = np.zeros((data.model.nu, data.model.nv))
+    rows = (data.moment_rownnz, data.moment_rowadr, data.moment_colind)
+    mujoco.mju_sparse2dense(moments, data.actuator_moment.ravel(), *rows)
+    own, along = moments * np.array(data.actuator_force)[:, None], rotation(data)[:, 2]
+    more = np.array([given(alone) / alone - 1.0 if alone else 0.0 for alone in own[:, :3] @ along]) @ own
+    add_thrust(data, float(more[:3] @ along))
+    add_torque(data, more[3:6])
+
+
 def add_force(data: Any, force: Array) -> None:
     """A force along world axes at the centre of mass of the robot with all that it carries."""
     robot = robot_in(data.model)

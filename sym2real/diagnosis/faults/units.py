@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from math import exp, log, log10
 
@@ -14,7 +14,6 @@ from sym2real.diagnosis.data.preparation import present
 from sym2real.diagnosis.faults.mistakes.balance import Balance, Balances
 from sym2real.diagnosis.faults.mistakes.transformation import of_all
 from sym2real.diagnosis.settings import SETTINGS
-from sym2real.layout import Layout
 from sym2real.logs.sources import AsRead
 from sym2real.logs.units import UNITS, standard_unit
 from sym2real.trajectory import Trajectory
@@ -120,17 +119,12 @@ def fitting_scales(balances: Balances, data: Dataset, now: Balance) -> Iterator[
         return
     units = state.units | action.units
     every = [[joint for joint in bad if units[joint] == unit] for unit in dict.fromkeys(units[joint] for joint in bad)]
-    shared = [joints for joints in every if len(joints) > 1]
-    alone, together = ([_with_rates(joints, state) for joints in part] for part in ([[joint] for joint in bad], shared))
-    for columns in (*alone, *((command,) for command in action)):
-        yield _best(balances, data, now, columns, units[columns[0]])
-    for columns in together:  # which share a unit, and no gear
-        if (best := _best(balances, data, now, columns, units[columns[0]])).unit:
+    groups = [*([joint] for joint in bad), *(joints for joints in every if len(joints) > 1)]
+    pairs = [(*joints, *(state.rates[joint] for joint in joints)) for joints in groups]
+    for columns in (*pairs, *((command,) for command in action)):
+        best = _best(balances, data, now, columns, units[columns[0]])
+        if best.unit or len(columns) <= len(pairs[0]):  # several joints share a unit, and no gear
             yield best
-
-
-def _with_rates(joints: Sequence[str], state: Layout) -> tuple[str, ...]:
-    return (*joints, *(state.rates[joint] for joint in joints))
 
 
 def _best(balances: Balances, data: Dataset, now: Balance, columns: tuple[str, ...], meant: str) -> Scaled:

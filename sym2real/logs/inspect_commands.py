@@ -57,9 +57,8 @@ def _thrust(draft: Draft) -> None:
         evidence = f"{what}, mean {level:.5g}, up to {most:.5g}: the log cannot know N per unit"
         draft.leave_open(THRUST_COLUMN, "thrust command", evidence, f"{worth}{what}: {why}")
     elif 0.6 < share < 1.6:
-        evidence = (
-            f"mean {level:.3g}, {share:.2f} times the specific force: thrust per unit mass (or N of a 1 kg robot)"
-        )
+        per_mass = f"thrust per unit mass, or N where the robot weighs {share:.2g} kg"
+        evidence = f"mean {level:.3g}, {share:.2f} times the specific force: {per_mass}"
         draft.settle(THRUST_COLUMN, "m/s^2", evidence, "likely")
     else:
         evidence = f"mean {level:.3g}: in N the robot would weigh {share:.3g} kg"

@@ -95,7 +95,7 @@ def diagnose(
     question = Question(model, data, plant, calibrate, held_out, exclude, horizon=horizon)
     result, scored = _searched(stages, question)
     answer = _answer(stages, result, scored)
-    for doubt in doubts(answer, model, result.prepared.checked.data):
+    for doubt in doubts(answer, result.prepared.library.base, result.prepared.checked.data):
         others, named = partial(instead, scored, partial(_searched, stages)), " and ".join(doubt.named)
         if better := stages.try_to(f"trying what {named} may stand for", others, doubt):
             result, scored = better.result, better

@@ -72,11 +72,10 @@ def scale_thrust(data: Any, factor: float) -> None:
 
 def bend_rotors(data: Any, given: Callable[[float], float]) -> None:
     """Every rotor gives what is made of its own thrust in N, with as many times its torques."""
-    import mujoco  # noqa: PLC0415 — whoever simulates has it loaded
-
-    moments = np.zeros((data.model.nu, data.model.nv))
-    rows = (data.moment_rownnz, data.moment_rowadr, data.moment_colind)
-    mujoco.mju_sparse2dense(moments, data.actuator_moment.ravel(), *rows)
+    moments = np.zeros((data.model.nu, data.model.nv))  # MuJoCo has them sparse, by rows
+    for row, first, count in zip(moments, data.moment_rowadr, data.moment_rownnz, strict=True):
+        places = slice(first, first + count)
+        row[data.moment_colind[places]] = data.actuator_moment.ravel()[places]
     own, along = moments * np.array(data.actuator_force)[:, None], rotation(data)[:, 2]
     more = np.array([given(alone) / alone - 1.0 if alone else 0.0 for alone in own[:, :3] @ along]) @ own
     add_thrust(data, float(more[:3] @ along))

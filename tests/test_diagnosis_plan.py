@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import json
 from functools import cache
+from math import inf
 from pathlib import Path
 
 import pytest
+from noisy_flights import flights_with
 from standard_set import DRIVES, FLIGHTS
 
 from sym2real.cli import main
 from sym2real.diagnosis import Plan, plan
+from sym2real.effects import applicable
 from sym2real.errors import ModelError, UnknownNameError
 from sym2real.experiments.planned import manoeuvre, planned_runs, usual_noise
 from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS
@@ -105,6 +108,17 @@ def test_the_smallest_effects_of_the_standard_drives_are_those_that_were_found(e
     found = smallest(planned("mushr", DRIVES), effect)
     assert found is not None
     assert known / 2 < found < 2 * known
+
+
+def test_few_logs_show_nothing_that_no_prediction_needs() -> None:
+    """What no prediction needs whole logs must establish, and few cannot."""
+    model = CRAZYFLIE.nominal()
+    others = [known.key for known in applicable(model) if known.key != "linear_drag"]
+    few, many = (plan(model, flights_with("", {}, count), exclude=others).visible for count in (4, 8))
+    sizes = [[(row.smallest or inf) / (row.matters or inf) for row in rows] for rows in (few, many)]
+    assert len(sizes[0]) == 3
+    assert min(sizes[0]) >= 1.0 - 1e-9
+    assert min(sizes[1]) < 1.0
 
 
 def test_what_no_manoeuvre_tells_apart_is_of_the_robot() -> None:

@@ -87,6 +87,7 @@ def test_a_share_may_be_nothing_or_all_and_a_time_at_the_end_of_what_is_likely_i
         [lag], selection.problems.fit([Hypothesis(selection.free([lag]), lag.started(selection.origin, 0.1))])[0]
     )
     library = selection.problems.library
+    assert {library.slots[slot].parameter.acts_alone for slot in lag.slots} == {True, False}
     for slot in lag.slots:
         values = selection.fit.values.clone()
         values[slot] = library.bounds[1][slot]

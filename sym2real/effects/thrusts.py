@@ -5,7 +5,8 @@ stays.
 
 Masses add up: on equations that have a mass already, m₀ is that of the robot which carries it.
 
-``thrust_curve``. Thrust that bends against its command: T → T₀ (T/T₀)^p, T₀ the hover thrust.
+``thrust_curve``. Thrust that bends against its command: T → T₀ (T/T₀)^p, T₀ the hover thrust. Where motors turn the
+body each rotor bends so, and torques go by the curve's slope, p (T/T₀)^(p-1), to first order of how rotors differ.
 
 ``battery_sag``. Thrust that fades as the battery empties: T (1 - s·t), or T (1 - s·(V₀ - V)) where the voltage is an
 input.
@@ -88,7 +89,6 @@ STRAIGHT_BELOW = 0.01
 
 
 def _thrust_curve_substitute(equations: Equations, values: Values, body: Body) -> Equations:
-    """Every rotor's curve: to first order of how rotors differ, their torques go by its slope, p times as steep."""
     bent = scaled(equations, Max(symbol("thrust") / hover_thrust(body), STRAIGHT_BELOW) ** (values["value"] - 1))
     if not driven_by_motors(equations):
         return bent

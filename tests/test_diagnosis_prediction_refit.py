@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -14,14 +15,20 @@ from rich.console import Console
 from sym2real.cli.results import write_diagnosis
 from sym2real.dataset import Dataset, Logs
 from sym2real.diagnosis import Diagnosis, add, compare, diagnose
+from sym2real.diagnosis.answer import conclude
 from sym2real.diagnosis.data.windows import channel_errors, predict_windows
 from sym2real.diagnosis.errors.rungs import Rung, RungError
-from sym2real.diagnosis.score.prediction_refit import PredictionRefit
+from sym2real.diagnosis.pipeline import prepare
+from sym2real.diagnosis.question import Question
+from sym2real.diagnosis.score.finding import score
+from sym2real.diagnosis.score.prediction_refit import PredictionRefit, refit_for_prediction
+from sym2real.diagnosis.search.beam import search
 from sym2real.effects import applicable
 from sym2real.effects.along_logs import prepared
 from sym2real.experiments.noisy_runs import noisy_runs
 from sym2real.report.diagnosis import prediction_lines
 from sym2real.robots import CRAZYFLIE, MUSHR
+from sym2real.stages import Stages
 from sym2real.symbolic import Equations, load_model
 from sym2real.tasks import make_task
 from sym2real.trajectory import Array, Trajectory
@@ -36,9 +43,11 @@ def drives(seed: int, count: int) -> Dataset:
 
 
 def in_place_of_others(effect: str, logs: Logs) -> Diagnosis:
-    """What an effect alone makes of logs, which has not the form of what is hidden there."""
+    """What an effect alone makes of logs whose effect has another form, were nothing left beside it."""
     others = [known.key for known in applicable(MUSHR.nominal()) if known.key != effect]
-    return diagnose(MUSHR.nominal(), logs, exclude=others)
+    question, stages = Question(MUSHR.nominal(), logs, exclude=others), Stages(lambda _: None)
+    scored = score(search(prepare(question, stages), stages))
+    return replace(conclude(scored, (), None), prediction=refit_for_prediction(scored))
 
 
 @cache

@@ -162,7 +162,7 @@ class Dataset:
         return Transitions(
             state=np.concatenate([part.state[:-1] for part in parts]),
             action=np.concatenate([part.action[:-1] for part in parts]),
-            inputs=np.concatenate([part.inputs[:-1] for part in parts]),
+            inputs=np.concatenate([part.step_inputs[:-1] for part in parts]),
             next_state=np.concatenate([part.state[1:] for part in parts]),
             layouts=self.layouts,
             dt=self.dt,

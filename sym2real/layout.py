@@ -203,6 +203,18 @@ class Layout:
         ]
         return torch.cat(parts).movedim(0, -1)
 
+    def over_steps(self, rows: Tensor) -> Tensor:
+        """Of the rows of a log ``# (rows, size)`` what acts until the next one: held, directions halfway to that one.
+
+        A command stays as it was sent; an attitude or a heading that was measured turns.
+        """
+        later = torch.cat([rows[1:], rows[-1:]])
+        parts = [
+            a if field.kind == "vector" else _retract(field.kind, a, _difference(field.kind, b, a) / 2)
+            for field, a, b in zip(self.fields, self._parts(rows), self._parts(later), strict=True)
+        ]
+        return torch.cat(parts, dim=-1) if parts else rows
+
     def retract(self, start: Tensor, tangent: Tensor) -> Tensor:
         """The point that a tangent vector leads to; inverse of :meth:`difference`."""
         if tangent.shape[-1] != self.tangent_size:

@@ -13,6 +13,7 @@ from math import inf, nan
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import torch
 from numpy.typing import ArrayLike, NDArray
 
 from sym2real.errors import ShapeError
@@ -291,6 +292,12 @@ class Trajectory:
                 values[:, layout.index(name)] = columns[name]
             changed[group] = values
         return replace(self, **changed)
+
+    @cached_property
+    def step_inputs(self) -> Array:
+        """Inputs from each row to the next ``# (rows, inputs)``, see :meth:`~sym2real.layout.Layout.over_steps`."""
+        inputs: Array = self.layouts.inputs.over_steps(torch.as_tensor(self.inputs)).numpy()
+        return inputs
 
     def past(self, commands: int, states: int) -> Array:
         """Commands sent before each row, newest first, then states ``# (rows, commands·action + states·state)``.

@@ -305,6 +305,25 @@ def test_in_an_effects_place_stands_another_that_is_not_at_its_bound() -> None:
     assert Near.of(narrow).places[0].alternatives == []
 
 
+@pytest.mark.parametrize(
+    ("present", "there", "stands_for_it"),
+    [
+        ("quadratic_drag", {"linear_drag": DRAG, "quadratic_drag": {"value": 0.003}}, True),
+        ("wind", {"wind": WIND, "linear_drag": DRAG}, False),
+    ],
+    ids=["two drags", "drag and wind"],
+)
+def test_what_costs_less_beside_an_effect_is_in_its_place_unless_that_is_beyond_chance_there(
+    present: str, there: dict[str, dict[str, float]], stands_for_it: bool
+) -> None:
+    selection = chosen(("linear_drag", present), present, flights=flights_with_all(there))
+    (drag,) = (candidate for candidate in selection.candidates if candidate.name == "linear_drag")
+    (both,) = selection.ranked(selection.present, [drag])
+    selection._larger[selection.present.names] = [replace(both, price=0.0)]
+    assert selection.significant(both.fit, selection.chosen[0]) is not stands_for_it
+    assert [other.candidate for other in Near.of(selection).places[0].alternatives] == [drag] * stands_for_it
+
+
 def test_an_effect_that_is_larger_than_what_is_likely_is_told() -> None:
     """Half of the wind that there is."""
     selection = chosen(("wind",))

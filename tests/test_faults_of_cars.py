@@ -19,13 +19,21 @@ BASE = car(WHEELBASE, time_constant=0.1, mass=3.0, dt=0.02)
 
 
 def driven(
-    seed: int, *, slip: float = 0.0, sign: float = 1.0, square: bool = False, rows: int = 600, late: float = 0.0
+    seed: int,
+    *,
+    slip: float = 0.0,
+    sign: float = 1.0,
+    square: bool = False,
+    held: float | None = None,
+    rows: int = 600,
+    late: float = 0.0,
 ) -> Trajectory:
     """The yaw rate follows the steering in 60 ms; the rear axle slips aside by so many rad s²/m of u ω.
 
     Args:
         sign: of the steering angle in the log.
         square: left and right in turn, at the limit.
+        held: the steering angle where it never changes, in rad.
         late: how old place and heading are, in s.
     """
     rng, every = np.random.default_rng(seed), round(BASE.dt / FINE)
@@ -33,7 +41,7 @@ def driven(
     states, told, poses = [], [], [(x, y, yaw)] * (round(late / FINE) + 1)
     for row in range(rows):
         if row % 30 == 0:
-            steer = 0.4 * (-1.0) ** (row // 30) if square else rng.uniform(-0.35, 0.35)
+            steer = 0.4 * (-1.0) ** (row // 30) if square else rng.uniform(-0.35, 0.35) if held is None else held
         if row % 75 == 0:
             wanted = rng.uniform(0.5, 2.0)
         aside = yaw - slip * speed * turn
@@ -69,6 +77,14 @@ def test_a_reversed_angle_is_not_one_of_another_turn(square: bool) -> None:
     checked = check(BASE, Dataset(driven(seed, sign=-1.0, square=square) for seed in range(3)))
     (fault,) = checked.faults
     assert fault.evidence.startswith("steer with the wrong sign")
+
+
+@pytest.mark.parametrize("held", [0.15, 0.176, 0.2, 0.25])
+def test_one_angle_with_an_offset_is_in_no_other_unit(held: float) -> None:
+    """Of any angle a few thousand times as large has the tangent that the offset makes."""
+    drives = [*(driven(seed) for seed in range(3)), driven(3, held=held + 0.05)]
+    offset = Dataset(log.with_columns({"steer": log.column("steer") - 0.05}) for log in drives)
+    assert check(BASE, offset).faults == ()
 
 
 @pytest.mark.parametrize("mistake", [Turned("heading", np.pi / 2), Exchanged(("vx", "vy"), ("vy", "vx"), (1, 1))])

@@ -85,6 +85,21 @@ def test_difference_is_blind_to_the_sign_of_a_quaternion() -> None:
     torch.testing.assert_close(QUADROTOR.difference(flipped, state), torch.zeros(12, dtype=torch.float64))
 
 
+@pytest.mark.parametrize("layout", [QUADROTOR, CAR], ids=["quadrotor", "car"])
+def test_over_a_step_directions_are_halfway_and_all_else_is_held(layout: Layout) -> None:
+    generator = torch.Generator().manual_seed(0)
+    moves = 0.5 * torch.randn(5, layout.tangent_size, generator=generator, dtype=torch.float64)
+    rows = layout.normalise(torch.randn(5, layout.size, generator=generator, dtype=torch.float64))
+    rows = torch.cat([rows, layout.retract(rows, moves)]).reshape(2, 5, -1).transpose(0, 1).flatten(0, 1)
+    acting, places = layout.over_steps(rows), layout.tangent_places
+    before, behind = layout.difference(acting[::2], rows[::2]), layout.difference(rows[1::2], acting[::2])
+    for field, place in zip(layout.fields, places, strict=True):
+        turns = field.kind != "vector"
+        torch.testing.assert_close(before[:, list(place)], turns * moves[:, list(place)] / 2)
+        torch.testing.assert_close(behind[:, list(place)], (1 - turns / 2) * moves[:, list(place)])
+    torch.testing.assert_close(acting[-1], rows[-1])
+
+
 def test_standard_names_carry_units_and_kinds() -> None:
     assert QUADROTOR.units["wx"] == "rad/s"
     assert QUADROTOR.field("attitude").kind == "quaternion"

@@ -15,11 +15,14 @@ from motor_flights import THRUST, motor_flights
 from paper_robots import PAPER_ROBOTS
 
 from sym2real import rotation
+from sym2real.control.logged import Replayed
+from sym2real.dataset import Dataset
 from sym2real.diagnosis import compare
 from sym2real.effects import effect
+from sym2real.effects.along_logs import prepared
 from sym2real.errors import ModelError
 from sym2real.layout import Layout, Layouts
-from sym2real.plants import MujocoPlant, random_wrench
+from sym2real.plants import MujocoPlant, random_wrench, run_episode
 from sym2real.report.tables import interface_lines
 from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, Robot
 from sym2real.robots.crazyflie import ARM, MASS, TORQUE_PER_THRUST
@@ -290,6 +293,20 @@ def test_measured_attitude_predicts_what_predicted_attitude_does_where_it_is_hel
     short = step(measured, [*place, *velocity], action[: measured.layouts.action.size], [0.01, 0, 0, *attitude])
     forced = np.array([0.5 * 0.02**2, 0, 0, 0.02, 0, 0]) * 0.01 / 0.027
     np.testing.assert_allclose(short, np.array([*after[:3], *after[7:10]]) + forced, atol=1e-9)
+
+
+def test_a_measured_attitude_turns_within_a_row() -> None:
+    """Held as it was at the row's start, it pushes a robot that sways aside, as a drag would."""
+    robot, rows = CRAZYFLIE, 150
+    sway = np.column_stack([np.full(rows, MASS * GRAVITY), 4.0 * np.sin(0.3 * np.arange(rows)), *np.zeros((2, rows))])
+    log = run_episode(MujocoPlant(robot), Replayed(sway), start=state13(z=2.0), steps=rows)
+    base = quadrotor(MASS, attitude="measured")
+    known = prepared(base, Dataset([log]))[1][0]
+    held, turning = (
+        step(base, known.state[:-1], known.action[:-1], inputs[:-1])[:, 4] - known.state[1:, 4]
+        for inputs in (known.inputs, known.step_inputs)
+    )
+    assert np.linalg.norm(turning) < 0.1 * np.linalg.norm(held)
 
 
 def test_attitude_follows_its_command_the_short_way() -> None:

@@ -48,7 +48,7 @@ def predicted_from(
     """
     precision, seen = precision_of(model), past_rows(model)
     states, actions, inputs = (
-        torch.as_tensor(values, dtype=precision) for values in (log.state, log.action, log.inputs)
+        torch.as_tensor(values, dtype=precision) for values in (log.state, log.action, log.step_inputs)
     )
     ahead = np.minimum(rows[:, None] + np.arange(steps), len(log) - 1)
     begin = states[rows] if start is None else torch.as_tensor(start, dtype=precision)

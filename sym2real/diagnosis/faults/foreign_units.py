@@ -33,7 +33,8 @@ from sym2real.vocabulary import POSITION
 
 Judged = tuple[Mapping[str, float | None], str]  # column → logged over meant, and over what
 THAN = "what moves the robot as the model says"
-GRID = np.geomspace(1e-5, 1e7, 120)
+# Of factors, and between which one is that of a gain.
+GRID, GAIN = np.geomspace(1e-5, 1e7, 120), (1.0 / SETTINGS.far, SETTINGS.far)
 MOST_ROWS = 500
 
 
@@ -118,7 +119,7 @@ class Steps:
         self._state, self._action = data.layouts.state, data.layouts.action
         rows = np.delete(np.arange(data.rows), np.cumsum([len(log) for log in data]) - 1)  # a log's last has no step
         self._rows = rows[:: max(1, len(rows) // MOST_ROWS)]
-        parts = zip(*((log.state, log.inputs) for log in data), strict=True)
+        parts = zip(*((log.state, log.step_inputs) for log in data), strict=True)
         state, inputs = (torch.as_tensor(np.concatenate(part)) for part in parts)
         self._now, self._later = state[self._rows], state[self._rows + 1]
         self._given = inputs[self._rows]
@@ -215,12 +216,13 @@ def _most_foreign(steps: Steps, settled: Sequence[str]) -> tuple[Scaled, float] 
         between = steps.around(columns)
         if max(between[1], 1.0 / between[0]) < least / SETTINGS.unit_near:
             continue  # of no unit, wherever between these
-        ratio = best_factor(partial(steps.missed, columns), between)
-        (then, reverse), meant = steps.errors(columns, [ratio, -1.0]), steps.data.layouts.action.units[columns[0]]
+        gain, ratio = (best_factor(partial(steps.missed, columns), ends) for ends in (GAIN, between))
+        then, *others = steps.errors(columns, [ratio, gain, -1.0])
+        meant = steps.data.layouts.action.units[columns[0]]
         if (missed := float(then.mean())) < best[0] and steps.rise(columns, ratio) > SETTINGS.command_sides:
             scaled = in_unit(columns, meant, ratio, (least, least), mass)
-            # Of an angle beyond half a turn the tangent is that of a smaller one with the other sign.
-            if scaled is not None and _mended(now, then) and _mended(reverse, then):
+            # Of an angle beyond half a turn the tangent is that of a smaller one, a gain or the other sign away.
+            if scaled is not None and all(_mended(other, then) for other in (now, *others)):
                 best = missed, (scaled, ratio)
     return best[1]
 

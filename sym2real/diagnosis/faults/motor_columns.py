@@ -59,7 +59,7 @@ def _caused(predict: VisibleModel, log: Trajectory, order: tuple[int, ...]) -> A
     sent, alike = torch.as_tensor(log.action).clone(), torch.as_tensor(log.action).clone()
     sent[:, place] = sent[:, place][:, list(order)]
     alike[:, place] = alike[:, place].mean()
-    state, inputs = torch.as_tensor(log.state), torch.as_tensor(log.inputs)
+    state, inputs = torch.as_tensor(log.state), torch.as_tensor(log.step_inputs)
     apart = predict(state, sent, inputs) - predict(state, alike, inputs)
     return apart[:, rates].numpy() / log.dt
 

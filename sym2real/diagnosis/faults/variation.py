@@ -48,7 +48,7 @@ class Excitation:
     def limit_notes(self, name: str) -> list[str]:
         """A sentence for each end at which it stays for over a twentieth of the rows; zero is rest, and no limit."""
         return [
-            f"{name} stays at its end {edge:.3g} {self.unit} in {100 * share:.0f} % of the rows: cut off, or held there"
+            f"{name} stays at its end {edge:.3g} {self.unit} in {100 * share:.0f} % of the rows: clipped, or held there"
             for edge, share in ((self.low, self.at_low), (self.high, self.at_high))
             if share > SETTINGS.uneven and edge != 0.0 and self.high > self.low
         ]

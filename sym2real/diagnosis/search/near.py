@@ -13,7 +13,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import inf
 
 import numpy as np
 import torch
@@ -35,8 +34,8 @@ class Place:
     Args:
         candidate: the effect.
         empty: the others alone.
-        alternatives: what was fitted in the effect's place, inside its bounds, best first; what leaves the effect worth
-            its price beside it is not in its place.
+        alternatives: what was fitted in the effect's place, inside its bounds, best first; what costs less beside the
+            effect, which is beyond chance there, is not in its place.
         outdone: whether something at the end of what is likely costs surely less there than the chosen set.
     """
 
@@ -71,7 +70,7 @@ class Near:
     def of(cls, selection: Selection) -> Near:
         """Every effect of the set left out, and every alternative that is worth a fit put in its place."""
         beside = selection.larger(selection.present)
-        joined = {larger.candidate.name: larger.price for larger in beside}
+        joined = {larger.candidate.name: larger for larger in beside}
         present = by_own_starts(selection, selection.present)
         places = tuple(_place(selection, candidate, joined, present) for candidate in selection.chosen)
         beyond_chance = [larger for larger in beside if selection.significant(larger.fit, larger.candidate)]
@@ -111,14 +110,15 @@ class Near:
         return torch.softmax(drawn @ evidence.T, dim=1).mean(0)
 
 
-def _place(selection: Selection, candidate: Candidate, joined: Mapping[str, float], present: EffectSet) -> Place:
-    """The place of an effect of the present set; of others, by their names, what that costs with them (``joined``)."""
+def _place(selection: Selection, candidate: Candidate, joined: Mapping[str, EffectSet], present: EffectSet) -> Place:
+    """The place of an effect of the present set; of others, by their names, that set with them (``joined``)."""
     rest = selection.without(selection.present, candidate)
-    others = [
-        other
-        for other in selection.larger(rest)
-        if other.candidate is not candidate and joined.get(other.candidate.name, inf) >= other.price
-    ]
+
+    def beside(other: EffectSet) -> bool:
+        both = joined.get(other.candidate.name, other)
+        return both.price < other.price and selection.significant(both.fit, candidate)
+
+    others = [other for other in selection.larger(rest) if other.candidate is not candidate and not beside(other)]
     inside = [other for other in others if not selection.at_bound(other.fit, other.candidate)]
     ends = [by_own_starts(selection, other) for other in others if other not in inside]
     outdone = any(selection.surely_cheaper(other, present) for other in ends)

@@ -9,7 +9,7 @@ from torch import Tensor
 
 from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.quadratic import Fit, Free, Hypothesis
-from sym2real.diagnosis.estimate.significance import beyond_chance, standard_error
+from sym2real.diagnosis.estimate.significance import beyond_chance, half_widths, standard_error
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.search.effect_set import EffectSet
 from sym2real.diagnosis.settings import SETTINGS
@@ -127,10 +127,11 @@ class Selection:
         return other.price - cheaper.price > standard_error(self.problems, gain)
 
     def complexity(self, effects: EffectSet) -> tuple[int, int]:
-        """Number of effects that do nothing on one side of a threshold; of parameters, which few blocks do not tell."""
-        parameters = int(self.problems.identifiable(effects.fit)[: len(effects.fit.free)].sum())
-        enough = self.problems.block_count >= SETTINGS.fewest_pieces
-        return effects.thresholds, enough * parameters
+        """Number of effects that do nothing on one side of a threshold; of parameters that differ from none."""
+        fit, slots = effects.fit, list(effects.fit.free)
+        away = ((fit.values - self.origin) / self.problems.library.scale)[slots].abs()
+        there = away > half_widths(self.problems, fit)[: len(slots)]
+        return effects.thresholds, int((there & self.problems.identifiable(fit)[: len(slots)]).sum())
 
     def open(self, chosen: Sequence[Candidate], others: Sequence[Candidate]) -> list[Candidate]:
         """Those of the candidates that share no parameter with what is chosen."""

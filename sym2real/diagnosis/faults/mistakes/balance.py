@@ -114,7 +114,7 @@ class Balances:
         """The balance of the logs as they stand."""
         known = with_filtered_commands(self.model, with_inputs(self.model.layouts.inputs, data))
         rows = max(FEWEST_ROWS, round(STRETCH / data.dt))
-        steps = [(log.state[:-1], log.state[1:], log.action[:-1], log.inputs[:-1]) for log in known]
+        steps = [(log.state[:-1], log.state[1:], log.action[:-1], log.step_inputs[:-1]) for log in known]
         lengths, layout = [len(log) - 1 for log in known], known.layouts.state
         cut = [_stretches(np.concatenate(parts), lengths, rows) for parts in zip(*steps, strict=True)]
         now, then, sent, inputs = (torch.as_tensor(stretches) for stretches, _ in cut)

@@ -181,7 +181,7 @@ def _unpredicted(
         return jumps
     (predict, known), places, left = stepping, data.layouts.state.indices(columns), []
     for log, there in zip(known, jumps, strict=True):
-        before = (torch.as_tensor(part[there - 1]) for part in (log.state, log.action, log.inputs))
+        before = (torch.as_tensor(part[there - 1]) for part in (log.state, log.action, log.step_inputs))
         missed = log.state[there][:, places] - predict(*before).numpy()[:, places]
         whole = log.state[there][:, places] - log.state[there - 1][:, places]
         moved = np.linalg.norm(missed, axis=1) < SETTINGS.mostly * np.linalg.norm(whole, axis=1)

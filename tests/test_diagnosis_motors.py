@@ -45,17 +45,24 @@ def test_rotors_that_react_a_little_are_named_although_they_move_one_direction_o
 @pytest.mark.slow
 @pytest.mark.parametrize("wrong", [1 / 25, 25.0])
 def test_what_a_wrong_inertia_hides_is_named_beside_it(wrong: float) -> None:
-    """Torques that are 25 times as strong, or as weak, as they should be turn the model over in half a second."""
+    """Torques that are 25 times as strong, or as weak, as they should be turn the model over in half a second.
+
+    With less dither the yaw hardly turns, and nothing tells its torque to a tenth.
+    """
     hidden = {
         "linear_drag": {"cx": 0.01, "cy": 0.01, "cz": 0.01},
         "flapping_moment": {"a": 6e-5, "b": 6e-5},
         "rate_damping": {"dx": 4e-5, "dy": 4e-5, "dz": 4e-5},
     }
-    flights = motor_flights(hidden=hidden, every=1, seconds=6.0, names=("hover", "circle", "lemniscate") * 2)
+    names = ("hover", "circle", "lemniscate") * 2
+    flights = motor_flights(hidden=hidden, every=1, seconds=6.0, dither=0.03, names=names)
     found = diagnose(equations(unit="rad/s", every=1, inertia=wrong), with_speeds(flights))
     named = {one.effect: one.values for one in found.findings}
     assert named.keys() == {"torque_scale", *hidden}
     assert named["torque_scale"] == pytest.approx(dict.fromkeys(("kx", "ky", "kz"), wrong), rel=0.1)
+    factors = next(one.parameters for one in found.findings if one.effect == "torque_scale")
+    for factor in factors.values():
+        assert wrong / 1.5 < factor.low < wrong < factor.high < 1.5 * wrong
     moments = {name: value / wrong for key in ("flapping_moment", "rate_damping") for name, value in named[key].items()}
     assert moments == pytest.approx({**hidden["flapping_moment"], **hidden["rate_damping"]}, rel=0.2)
 

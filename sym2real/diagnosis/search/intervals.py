@@ -148,7 +148,8 @@ def _around(selection: Selection, candidate: Candidate, fit: Fit) -> Iterator[tu
     for place, index in zip(fit.places(candidate.free), candidate.free, strict=True):
         effect, slot = library.effects[library.slots[index].effect], _parameter(selection, index)
         value = reported(float(fit.values[index]), float(selection.origin[index]), slot)
-        reference = value - slot.null if slot.null in (0.0, 1.0) else value
+        # Of a factor that is far from one the smaller: of a hundredth, and of what it lacks to one.
+        reference = min(abs(value - slot.null), abs(value)) if slot.null in (0.0, 1.0) else value
         # Nobody knows how a torque is answered.
         by_torque = SETTINGS.stiffness * effect.of.by_torque(effect.body)
         by_form = SETTINGS.interval_floor**2 + by_torque**2

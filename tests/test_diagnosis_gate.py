@@ -294,6 +294,11 @@ def test_the_sentence_begins_with_the_verdict() -> None:
     said = summary("EFFECT", Parts((), (lag,), left[:1], fallen))
     assert "depends on wz_cmd is left (R² 0.11); what was found may stand for a part of that" in said
     assert "may stand" not in summary("EFFECT", Parts((), (lag,), left[1:], fallen))
+    floor = (Floor(0.8, {"position": (0.4, "m"), "attitude": (0.5, "rad"), "velocity": (1.0, "m/s")}),)
+    far = summary("EFFECT", Parts((), (lag,), left[:1], fallen, (fallen.after,), floor))
+    assert "is left (R² 0.11); the attitude error stays 2.0 times what noise and disturbances make, and what was" in far
+    near = summary("EFFECT", Parts((), (lag,), left[:1], fallen, (stage("+ lag", 0.5, 0.6),), floor))
+    assert "is left (R² 0.11); what was found may stand" in near
 
 
 def test_beside_a_fault_what_predictions_do_not_bear_out_is_not_missing() -> None:

@@ -11,7 +11,7 @@ from sym2real.diagnosis.errors.rungs import Rung
 from sym2real.diagnosis.score.finding import Finding
 from sym2real.diagnosis.score.held_out import Gate
 from sym2real.diagnosis.settings import SETTINGS
-from sym2real.diagnosis.unexplained.explaining import disturbed_most
+from sym2real.diagnosis.unexplained.explaining import disturbed_most, judged_at
 from sym2real.diagnosis.unexplained.leftover import Leftover
 from sym2real.effects.few_words import in_few_words
 
@@ -28,8 +28,7 @@ def summary(answer: Verdict, parts: Parts, interrupted: str = "") -> str:
     left = [f"{leftover.statement} ({leftover.measure})" for leftover in leftovers if leftover.matters]
     rest = [f"{leftover.statement} is left ({leftover.measure})" for leftover in leftovers]
     minor = [words for words, leftover in zip(rest, leftovers, strict=True) if not leftover.matters]
-    # An effect outside the catalogue pulls at those inside.
-    doubt = ["what was found may stand for a part of that"] if left and findings else []
+    doubt = [_doubt(parts)] if left and findings else []
     clauses = ["the data show " + ", ".join(fault.name for fault in parts.faults)] if parts.faults else []
     if answer == "EFFECT":
         # Where predictions do not bear out what was found, the faults are the answer.
@@ -53,6 +52,17 @@ def summary(answer: Verdict, parts: Parts, interrupted: str = "") -> str:
         clauses.append(f"{interrupted} was interrupted before it ended")
     sentence = "; ".join(clauses)
     return sentence[:1].upper() + sentence[1:] + "."
+
+
+def _doubt(parts: Parts) -> str:
+    """That an effect outside the catalogue pulls at those inside, and how far from noise it leaves the errors."""
+    doubt = "what was found may stand for a part of that"
+    if not (parts.ladder and parts.ladder[-1].horizons and parts.floor):
+        return doubt
+    errors, level = parts.ladder[-1].horizons[parts.ladder[-1].nearest(JUDGED_AT)], judged_at(parts.floor)
+    times, name = max((errors[name].value / max(level.errors[name][0], 1e-12), name) for name in judged(errors))
+    far = times > SETTINGS.gap
+    return f"the {name} error stays {times:.1f} times what noise and disturbances make, and {doubt}" if far else doubt
 
 
 def _nothing(parts: Parts) -> str:

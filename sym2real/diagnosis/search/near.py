@@ -34,8 +34,8 @@ class Place:
     Args:
         candidate: the effect.
         empty: the others alone.
-        alternatives: what was fitted in the effect's place, inside its bounds, best first; what costs less beside the
-            effect, which is beyond chance there, is not in its place.
+        alternatives: what was fitted in the effect's place, inside its bounds, best first; what surely costs less
+            beside the effect is not in its place.
         outdone: whether something at the end of what is likely costs surely less there than the chosen set.
     """
 
@@ -115,8 +115,7 @@ def _place(selection: Selection, candidate: Candidate, joined: Mapping[str, Effe
     rest = selection.without(selection.present, candidate)
 
     def beside(other: EffectSet) -> bool:
-        both = joined.get(other.candidate.name, other)
-        return both.price < other.price and selection.significant(both.fit, candidate)
+        return selection.surely_cheaper(joined.get(other.candidate.name, other), other)
 
     others = [other for other in selection.larger(rest) if other.candidate is not candidate and not beside(other)]
     inside = [other for other in others if not selection.at_bound(other.fit, other.candidate)]

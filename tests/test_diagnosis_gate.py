@@ -276,6 +276,16 @@ def test_fewer_than_ten_pieces_are_no_answer_whatever_was_found(faults: tuple[Fa
     assert verdict(Parts(faults), few) == "CANNOT_TELL"
 
 
+@pytest.mark.parametrize(("before", "after", "worse"), [(1, 1, 0), (0, 1, 1), (1, 0, 1), (0, 0, 1)])
+def test_an_error_that_only_tells_what_noise_grows_to_does_not_rise(before: int, after: int, worse: int) -> None:
+    """A pole falls within the horizon, whatever the model; a cart's place is predicted well."""
+    stages = stage("base", 1.0, 1.0), stage("+ friction", 0.1, 2.0)
+    lost = ({0.8: ("attitude",)} if is_lost else {} for is_lost in (before, after))
+    gate = Gate(*(replace(rung, worse=where) for rung, where in zip(stages, lost, strict=True)))
+    assert len(gate.worse) == worse
+    assert gate.passed is not bool(worse)
+
+
 def test_the_sentence_begins_with_the_verdict() -> None:
     """Of a load that sloshes: a lag of 4 ms is there in every log, and explains nothing of what is missing."""
     lag = Finding("lag", {"value": about(0.0044, 0.001, "s")}, 0.5, group=("lag", "lag:wx_cmd"), small=True)

@@ -67,7 +67,8 @@ class Gate:
         """Errors of position or attitude that rise beyond chance, the largest rise first.
 
         That is beyond both intervals, or by a tenth beyond that of the ratio. The interval of a single piece has no
-        width: there a rise counts from a tenth on, as a fall does.
+        width: there a rise counts from a tenth on, as a fall does. What is worse than if nothing changed by both models
+        does not count: a pole that falls.
         """
         rises = (fall for fall in self._falls() if fall.surely and fall.part < 0)
         return tuple(sorted(rises, key=lambda fall: fall.part))
@@ -92,13 +93,15 @@ class Gate:
         if self.before is None or self.after is None:
             return
         for horizon, errors in self.before.horizons.items():
+            # Of these errors both models only tell what noise grows to.
+            lost = {*self.before.worse.get(horizon, ())} & {*self.after.worse.get(horizon, ())}
             for name in judged(errors):
                 error, after = errors[name], self.after.horizons[horizon][name]
                 if max(error.value, after.value) <= SMALLEST_NOISE:  # it stands still
                     continue
                 part, (low, high) = 1.0 - after.value / max(error.value, 1e-12), after.ratio_to(error)
                 apart = error.low < error.high and after.low > error.high
-                rises = low > 1.0 and (apart or part <= -SETTINGS.worth_saying)
+                rises = low > 1.0 and name not in lost and (apart or part <= -SETTINGS.worth_saying)
                 yield Fall(horizon, name, part, surely=rises or high < 1.0)
 
     def to_dict(self) -> dict[str, Any] | None:

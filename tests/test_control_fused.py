@@ -200,8 +200,6 @@ def test_seed_and_reset_repeat_actions() -> None:
 def test_rollouts_that_are_not_finite_have_no_weight_and_are_counted() -> None:
     """Above 1 m/s the square root of a negative number; all other rollouts decide."""
     base = MUSHR.nominal()
-    equations = base.substitute({"speed": symbol("speed") + 0 * symbol("vx")})
-    equations = replace(equations, next={**equations.next, "x": equations.next["x"] + 0 * (1 - symbol("speed")) ** 0.5})
     robot = MUSHR
     broken = {**base.next, "x": base.next["x"] + 1e-9 * (1 - symbol("speed")) ** 0.5}
     fused = controller(robot, replace(base, next=broken), "c")

@@ -1,1 +1,1 @@
-"""Peers to test against: a Crazyflie that answers on UDP, and motion capture that sees it."""
+"""Peers to test against: a Crazyflie on UDP, a MuSHR car with its ROS master, and motion capture that sees them."""

@@ -22,7 +22,7 @@ from sym2real.vocabulary import (
     rate_per_speed,
 )
 
-GRAVITY = 9.81  # m/s²
+GRAVITY = 9.81  # m/s², as in the simulators; units have the standard one
 
 # How far a column of that unit may be expected to be off; forces go by the robot's weight, motors by what carries it.
 SCALES = {"rad/s": 0.5, "rad": 0.05, "m/s": 0.1, "m/s^2": 0.3, "m": 0.05, "1": 0.05}

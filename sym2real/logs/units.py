@@ -6,7 +6,7 @@ from math import log, pi
 from sym2real.errors import UnknownNameError
 from sym2real.vocabulary import VOCABULARY
 
-GRAVITY = 9.80665  # m/s², standard acceleration of free fall (CGPM 1901)
+GRAVITY = 9.80665  # m/s², standard acceleration of free fall (CGPM 1901), which defines units
 
 # SI unit → units of a log that become it, with their factors. "uint16" is a command of 0 … 65535 that stands for 0 … 1.
 FACTORS: dict[str, dict[str, float]] = {

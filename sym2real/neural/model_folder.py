@@ -106,11 +106,7 @@ def open_model(folder: str | Path) -> Model:
     if not (folder / INVENTORY).exists():
         alone = [name for name in NEURAL if (folder / name).exists()]
         if alone:
-            anew = "; Composed(load_model(FOLDER, below=True), load_residual(FOLDER)) and save_model make it anew"
-            raise ModelError(
-                f"{folder / alone[0]}: no {INVENTORY} beside it says which model it belongs to"
-                + (anew if alone == [NETWORK] and (folder / EQUATIONS).exists() else "")
-            )
+            raise ModelError(f"{folder / alone[0]}: no {INVENTORY} beside it says which model it belongs to")
         return load_model(folder)
     listed = read_object(folder / INVENTORY, WHAT).get("files")
     if not isinstance(listed, dict):

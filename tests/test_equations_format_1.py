@@ -1,22 +1,15 @@
-"""Folders that version 0.1.0 saved open, and mean what they meant; what does not open says how to make it anew."""
+"""A model folder as its format says opens, and means what it meant."""
 
 from __future__ import annotations
 
 import hashlib
 from pathlib import Path
 
-import pytest
 import torch
 from safetensors.torch import save_file
 
-from sym2real.errors import ModelError
 from sym2real.experiments.models import open_model
-from sym2real.neural import Composed, ResidualMLP, load_residual
-from sym2real.neural import open_model as open_whole
-from sym2real.neural import save_model as save_whole
-from sym2real.neural.storage import network_file
-from sym2real.robots import MUSHR
-from sym2real.symbolic import compile_model, load_model, save_model
+from sym2real.symbolic import compile_model
 
 # As its `save_model` wrote it, but for spaces: hidden state, quantity, filter, effect, sensor and time.
 EQUATIONS = """{"format": "sym2real equations 1", "robot": "buggy", "dt": 0.1,
@@ -44,12 +37,3 @@ def test_equations_open_and_predict_what_they_did(tmp_path: Path) -> None:
     torch.testing.assert_close(found, torch.tensor([1.2, 2.0 + 0.07 + 0.1 * 2.5 * (3.0 - 2.0), 4.0]))
     assert (equations.robot, equations.notes, equations.numbers) == ("buggy", ("a note",), {"mass": 3.0})
     assert equations.filters[0][0] == equations.effects[0][0] == "lag:speed"
-
-
-def test_a_residual_without_a_list_of_files_says_how_to_make_its_model_anew(tmp_path: Path) -> None:
-    equations = save_model(MUSHR.nominal(), tmp_path)
-    (tmp_path / "residual.safetensors").write_bytes(network_file(ResidualMLP(MUSHR.layouts, (4,))))
-    with pytest.raises(ModelError, match=r"Composed\(load_model\(FOLDER, below=True\), load_residual\(FOLDER\)\)"):
-        open_whole(tmp_path)
-    save_whole(Composed(load_model(equations, below=True), load_residual(tmp_path)), tmp_path)
-    assert isinstance(open_whole(tmp_path), Composed)

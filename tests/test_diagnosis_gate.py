@@ -276,6 +276,14 @@ def test_fewer_than_ten_pieces_are_no_answer_whatever_was_found(faults: tuple[Fa
     assert verdict(Parts(faults), few) == "CANNOT_TELL"
 
 
+@pytest.mark.parametrize(("noise", "answer"), [(0.9, "UNEXPLAINED"), (1.1, "NOTHING_MISSING")])
+def test_what_is_left_is_an_answer_where_errors_are_larger_than_noise_makes_them(noise: float, answer: str) -> None:
+    """Of an arm that falls noise alone makes the error ahead; a trifle of a torque depends on its motor."""
+    floor = Floor(0.8, dict.fromkeys(("position", "attitude"), (1.0, "")), {"position": noise, "attitude": 1.1})
+    left, stages = (Leftover("earlier motor", "push", 0.4, "", motion=0.03),), (stage("base", 1.0, 1.0),)
+    assert verdict(Parts((), (), left, Gate(), stages, (floor,)), problems_of(900)) == answer
+
+
 @pytest.mark.parametrize(("before", "after", "worse"), [(1, 1, 0), (0, 1, 1), (1, 0, 1), (0, 0, 1)])
 def test_an_error_that_only_tells_what_noise_grows_to_does_not_rise(before: int, after: int, worse: int) -> None:
     """A pole falls within the horizon, whatever the model; a cart's place is predicted well."""

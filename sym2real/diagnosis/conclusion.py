@@ -42,11 +42,13 @@ def verdict(parts: Parts, problems: Problems, *, finished: bool = True) -> Verdi
     Where predictions judge nothing, an effect is the answer if errors fall all the same or nothing else is missing.
     Nor is it one where something is left and errors stay far from what noise and disturbances make, or most of the
     misfit or of every judged error stays.
+    What is left where no error is surely larger than noise alone makes it is no reason for another answer.
     Nothing is missing where no error is larger by a tenth without any of the findings, nor without all of them. What
     commands between the rows may have done is no effect, nor is a threshold that leaves something of its command.
     """
     findings, leftovers, gate = parts.findings, parts.leftovers, parts.gate
-    unexplained = any(leftover.matters for leftover in leftovers)
+    shown = [times > 1.0 for times, _ in beyond_times(parts.ladder, parts.floor, 0.0)]
+    unexplained = any(leftover.matters for leftover in leftovers) and (any(shown) or not shown)
     borne_out = gate.before is None or gate.beats_hold or gate.fallen
     clear = any(not (finding.doubtful or of_another_form(finding, leftovers)) for finding in findings)
     removed = sum(finding.share for finding in findings)

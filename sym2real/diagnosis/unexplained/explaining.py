@@ -27,8 +27,7 @@ def explain_rest(scored: Scored) -> tuple[tuple[Leftover, ...], Term | None]:
     # Commands that no row holds move the robot, and what they did goes with what it then did.
     commands_lost = prepared.checked.commands_lost or any(finding.doubtful for finding in scored.findings)
     leftovers = () if commands_lost else _leftovers(scored, here, rest)
-    judging = bool(scored.findings) and scored.gate.beats_hold
-    if not (judging or commands_lost or any(leftover.matters for leftover in leftovers)):
+    if not (commands_lost or (scored.findings and scored.gate.beats_hold) or any(left.matters for left in leftovers)):
         leftovers = (*worse_than_nothing(scored), *leftovers)
     if not any(leftover.matters for leftover in leftovers):
         return leftovers, None

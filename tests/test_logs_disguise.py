@@ -363,6 +363,7 @@ NAMES = {
     "x_w": ("position", "x", "state"),
     "u_steer": ("steer", "", "command"),
     "delta_f": ("steer", "", "command"),
+    "front_wheel_angle": ("steer", "", "command"),
     "battery_status.voltage_v": ("battery", "", "state"),
 }
 UNITS = {
@@ -375,6 +376,7 @@ UNITS = {
     "yaw_deg_s": ("rate", "deg/s"),
     "vbat_mV": ("battery", "mV"),
     "v_n": ("velocity", ""),
+    "wheel_angle_deg": ("steer", "deg"),
 }
 
 
@@ -407,6 +409,7 @@ def test_units_in_names(name: str) -> None:
         "delta_z",
         "delta_vxy[0]",
         "delta_heading",
+        "left_wheel_angle",
     ],
 )
 def test_names_that_say_nothing(name: str) -> None:

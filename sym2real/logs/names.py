@@ -101,6 +101,8 @@ def _quantity(words: Sequence[str]) -> tuple[str, str, bool] | None:
         ("battery", has("battery") and not has("not voltage"), ""),
         ("steer", has("steer") and not has("rate", "velocity"), ""),
         ("steer", has("servo") and not digit, ""),
+        # Of the wheel, or the front ones; each of a pair has a joint.
+        ("steer", has("wheel") and has("angle") and not digit and sides in {"", "f"}, ""),
         ("thrust", has("thrust") and axis in {"", "z", "2"}, ""),
         ("throttle", has("throttle"), ""),
         ("motor", has("motor") and (corner or digit), corner or digit),

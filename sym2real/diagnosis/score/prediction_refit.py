@@ -11,7 +11,7 @@ ed., section 7.2). What is made small is the mean, over logs, of::
 motion have equal weights, and no few windows decide. The weights of least squares are 1/‖e‖, anew in every round (P.
 Holland, R. Welsch, "Robust regression using iteratively reweighted least-squares", Comm. Stat. A6, 1977).
 
-The values are kept where logs that the refit left out are predicted better beyond chance, and no channel
+The values are kept where logs that the refit left out are surely predicted better by a hundredth, and no channel
 surely worse.
 """
 
@@ -80,12 +80,12 @@ class PredictionRefit:
 
     @property
     def kept(self) -> bool:
-        """Whether errors of logs that were left out fall beyond chance at the horizon, and none surely rises there.
+        """Whether errors of logs that were left out surely fall by a hundredth at the horizon, and none rises so.
 
         The interval of a single block has no width, and says nothing.
         """
         _, low, high = self.change
-        return low < high < 1.0 and self.after.beats_hold and no_worse(self.after, self.before)
+        return low < high < 1.0 - SETTINGS.negligible and self.after.beats_hold and no_worse(self.after, self.before)
 
     def of(self, findings: tuple[Finding, ...]) -> tuple[Finding, ...]:
         """The findings with these values; their intervals are those of the others, and do not hold."""

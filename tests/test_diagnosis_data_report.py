@@ -145,6 +145,7 @@ def test_a_command_that_is_sent_every_fifth_row_or_in_steps_is_not_at_its_limit(
     assert not any(one.limit_notes("") for one in data_report(every_fifth).commands.values())
     steps = np.repeat([0.0, 0.8, 0.4, 0.8, 0.0, 0.4], 20)
     assert at_extremes([steps]) == (0.0, 0.0)
+    assert at_extremes([0.3 * np.sin(0.1 * np.arange(1000)), steps]) == (0.0, 0.0)
     swing = np.clip(np.sin(0.1 * np.arange(1000)), -np.inf, 0.5)
     low, high = at_extremes([swing[:400], swing[400:]])
     assert low == 0.0

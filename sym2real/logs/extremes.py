@@ -2,7 +2,8 @@
 
 Some row is always the largest, so a share of rows alone says nothing of a short log. A clipped value stays where it is
 cut off, while a free one keeps a value no longer than its source does: a command that is sent every second row keeps
-each for two. A stay is therefore a run of equal rows more than twice as long as the series' usual one.
+each for two, steps keep theirs for a second. A stay is therefore a run of equal rows more than twice as long as the
+usual one of its log.
 """
 
 from collections.abc import Sequence
@@ -23,12 +24,17 @@ def at_extremes(pieces: Sequence[Array]) -> tuple[float, float]:
     """
     runs = [_runs(piece) for piece in pieces if len(piece)]
     values, lengths = (np.concatenate(parts) for parts in zip(*runs, strict=True))
-    between = (values > values.min()) & (values < values.max())
-    stays = lengths > STAY * np.median(lengths[between] if between.any() else lengths)
-    low, high = (
-        float(lengths[stays & (values == edge)].sum() / lengths.sum()) for edge in (values.min(), values.max())
-    )
+    ends = values.min(), values.max()
+    usual = _usual(values, lengths, ends) or float(np.median(lengths))
+    longest = np.concatenate([np.full(len(own), STAY * (_usual(own, run, ends) or usual)) for own, run in runs])
+    low, high = (float(lengths[(lengths > longest) & (values == end)].sum() / lengths.sum()) for end in ends)
     return low, high
+
+
+def _usual(values: Array, lengths: NDArray[np.int64], ends: tuple[float, float]) -> float:
+    """Median length of the runs between both ends; 0 where there are none."""
+    between = (values > ends[0]) & (values < ends[1])
+    return float(np.median(lengths[between])) if between.any() else 0.0
 
 
 def _runs(piece: Array) -> tuple[Array, NDArray[np.int64]]:

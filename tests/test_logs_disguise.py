@@ -326,6 +326,10 @@ def test_a_gap_and_a_late_start_are_named(tmp_path: Path) -> None:
     log.assign(t=late).to_csv(tmp_path / "log.csv", index=False)
     found = inspect_logs(tmp_path / "log.csv")
     assert found.spec.drop_first == 1
+    log.drop(index=1).to_csv(tmp_path / "lost.csv", index=False)
+    log.to_csv(tmp_path / "whole.csv", index=False)
+    of_some = inspect_logs([tmp_path / name for name in ("lost.csv", "whole.csv", "whole.csv")])
+    assert of_some.spec.drop_first == 0
     assert "0.32 s before row 402 of log.csv" in next(row.evidence for row in found.rows if "gap" in row.meaning)
 
 

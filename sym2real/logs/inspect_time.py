@@ -29,7 +29,8 @@ def _with_stamps(draft: Draft, column: str) -> list[Array]:
     step = usual_interval(np.concatenate([np.diff(values) for values in counts]))
     unit, evidence = _unit(draft, column, step)
     times = [values * UNITS[unit][1] for values in counts]
-    first = draft.drop_first = max(map(_first_rows, times))
+    # Of most logs: one of them may have lost a row there.
+    first = draft.drop_first = int(np.median([*map(_first_rows, times)]))
     if first:
         intervals = ", ".join(f"{1e3 * np.diff(time[: first + 1]).max():.4g}" for time in times)
         usual = 1e3 * np.median(np.diff(times[0]))

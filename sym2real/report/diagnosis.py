@@ -172,7 +172,7 @@ def findings_list(findings: Sequence[Finding]) -> Table:
     table.add_column(overflow="fold")
     for place, finding in enumerate(findings, start=1):
         few = f" (provisional: {TOO_FEW})" if finding.provisional else ""
-        share = f"removes {100 * finding.share:.0f} % of the misfit"
+        share = f"removes {'under 1' if finding.share < 0.01 else f'{100 * finding.share:.0f}'} % of the misfit"
         table.add_row(str(place), f"[bold]{escape(finding.effect)}[/]  {share}{few}")
         for name, estimate in finding.parameters.items():
             interval = interval_text(finding, name)

@@ -130,6 +130,18 @@ def test_a_short_log_is_not_at_its_limit_because_some_row_is_the_largest(flights
     assert any(line.startswith("thrust stays at its end") for line in cut.lines())
 
 
+def test_a_command_that_alternates_from_row_to_row_is_told(flights: Dataset) -> None:
+    """Noise that is drawn anew for every row is none: its changes are half undone."""
+    rng = np.random.default_rng(0)
+    for sway, told in ((0.02 * rng.normal(size=400), False), (0.02 * (-1.0) ** np.arange(400), True)):
+        action = flights[0].action.copy()
+        action[:, 0] += sway[: len(action)] + 1e-4 * rng.normal(size=len(action))
+        report = data_report(replace(flights[0], action=action))
+        assert (report.commands["thrust"].reversal < -0.9) is told
+        assert any(line.startswith("thrust goes up and down") for line in report.lines()) is told
+    assert data_report(flights).commands["thrust"].reversal == pytest.approx(-0.5, abs=0.4)
+
+
 def test_a_car_that_stands_is_at_no_limit(flights: Dataset) -> None:
     log = run_episode(MujocoPlant(MUSHR), RandomCommands(MUSHR, seed=1), steps=200)
     action = log.action.copy()

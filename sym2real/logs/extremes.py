@@ -1,4 +1,4 @@
-"""Whether a series stays at its smallest or largest value, as one does that is clipped.
+"""Whether a series stays at its smallest or largest value, as one does that is clipped, and whether it alternates.
 
 Some row is always the largest, so a share of rows alone says nothing of a short log. A clipped value stays where it is
 cut off, while a free one keeps a value no longer than its source does: a command that is sent every second row keeps
@@ -29,6 +29,16 @@ def at_extremes(pieces: Sequence[Array]) -> tuple[float, float]:
     longest = np.concatenate([np.full(len(own), STAY * (_usual(own, run, ends) or usual)) for own, run in runs])
     low, high = (float(lengths[(lengths > longest) & (values == end)].sum() / lengths.sum()) for end in ends)
     return low, high
+
+
+def reversal(pieces: Sequence[Array]) -> float:
+    """Correlation of a series' changes with those a row later; 0 where it never changes.
+
+    Of what is drawn anew for every row it is -1/2, and -1 where every second row undoes what the one before did.
+    """
+    changes = [np.diff(piece) for piece in pieces]
+    squares = float(sum(change @ change for change in changes))
+    return float(sum(change[1:] @ change[:-1] for change in changes)) / squares if squares else 0.0
 
 
 def _usual(values: Array, lengths: NDArray[np.int64], ends: tuple[float, float]) -> float:

@@ -16,6 +16,9 @@ def data_remarks(data: DataReport) -> list[str]:
     for name, varied in data.commands.items():
         weak = f"{name} hardly varies (±{varied.deviation:.2g} {varied.unit}): effects on it cannot be seen"
         remarks += [*([weak] if varied.weak else []), *varied.limit_notes(name)]
+        if varied.reversal < -SETTINGS.nearly:
+            chatters = "as of a controller that chatters, and what it does between the rows is not in the log"
+            remarks.append(f"{name} goes up and down from row to row, {chatters}")
     for name, own in data.agreements.items():
         if own.verdict == "unclear":
             remarks.append(f"{name} and the derivative of the {own.of} correlate by {own.correlation:.2f}")

@@ -133,7 +133,7 @@ def compare(
         worst=worst_segments(errors),
         data=about,
         floor=floor,
-        residuals=one_step_residuals(model, logs, about.constant),
+        residuals=one_step_residuals(model, logs, [name for name, varied in about.commands.items() if varied.weak]),
     )
 
 

@@ -53,11 +53,6 @@ class DataReport:
         """Commands that follow the measured state."""
         return tuple(name for name, excitation in self.commands.items() if excitation.feedback > SETTINGS.mostly)
 
-    @property
-    def constant(self) -> tuple[str, ...]:
-        """Commands that hardly vary."""
-        return tuple(name for name, excitation in self.commands.items() if excitation.weak)
-
     def lines(self) -> list[str]:
         """What a person should know, a sentence each: :attr:`remarks`, and the faults."""
         return [*self.remarks, *(fault.sentence for fault in self.faults)]

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sym2real.diagnosis.settings import SETTINGS
-from sym2real.logs.extremes import at_extremes
+from sym2real.logs.extremes import at_extremes, reversal
 from sym2real.logs.noise import noise_level
 from sym2real.trajectory import Array, Trajectory
 
@@ -29,6 +29,7 @@ class Excitation:
         low, high: range.
         at_low, at_high: parts of the rows in which it stays at the ends of it, as a clipped command does.
         feedback: part of its variance that the measured state explains linearly.
+        reversal: correlation of its changes with those a row later: -1 where every second row undoes the one before.
         unit: of the command.
     """
 
@@ -38,6 +39,7 @@ class Excitation:
     at_low: float
     at_high: float
     feedback: float
+    reversal: float
     unit: str
 
     @property
@@ -78,8 +80,9 @@ def excitation(logs: Sequence[Trajectory]) -> dict[str, Excitation]:
     varied = {}
     for name, column, feedback in zip(layout, values.T, followed, strict=True):
         low, high = float(column.min()), float(column.max())
-        at_low, at_high = at_extremes([trajectory.column(name) for trajectory in logs])
-        varied[name] = Excitation(float(column.std()), low, high, at_low, at_high, float(feedback), layout.units[name])
+        pieces = [trajectory.column(name) for trajectory in logs]
+        spread, ends = (float(column.std()), low, high), at_extremes(pieces)
+        varied[name] = Excitation(*spread, *ends, float(feedback), reversal(pieces), layout.units[name])
     return varied
 
 

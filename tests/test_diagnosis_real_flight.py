@@ -7,18 +7,34 @@ from itertools import pairwise
 import pytest
 
 from sym2real.data import example_flight
-from sym2real.diagnosis import Diagnosis, diagnose
+from sym2real.diagnosis import Diagnosis, diagnose, try_effect
 from sym2real.experiments.thrust_of_log import thrust_of_log
 from sym2real.logs import load_spec, read_log
 from sym2real.robots import Motors, quadrotor
+from sym2real.symbolic import Equations
+from sym2real.trajectory import Trajectory
+
+SPEC = "crazyflie_battery_drag"
+
+
+def flight(dt: float = 0.02) -> tuple[Equations, Trajectory]:
+    """Equations of its motors, and the flight, with so many seconds from row to row."""
+    motors = Motors(thrust=thrust_of_log(example_flight(), load_spec(SPEC)).per_mass)
+    equations = quadrotor(None, interface="motors", attitude="measured", motors=motors, dt=dt)
+    return equations, read_log(example_flight(), spec=SPEC, layouts=equations.layouts, dt=dt)
 
 
 @pytest.fixture(scope="module")
 def found() -> Diagnosis:
-    spec = "crazyflie_battery_drag"
-    motors = Motors(thrust=thrust_of_log(example_flight(), load_spec(spec)).per_mass)
-    equations = quadrotor(None, interface="motors", attitude="measured", motors=motors, dt=0.02)
-    return diagnose(equations, read_log(example_flight(), spec=spec, layouts=equations.layouts, dt=equations.dt))
+    return diagnose(*flight())
+
+
+def test_half_the_rows_show_the_same_drag() -> None:
+    """An attitude that is held from row to row is late by half a row, and pushes against the motion."""
+    fits = [try_effect(model, "linear_drag", log) for model, log in (flight(0.02), flight(0.04))]
+    every, half = (fit.finding.values for fit in fits)
+    for axis in ("cx", "cy"):
+        assert half[axis] == pytest.approx(every[axis], rel=0.1)
 
 
 def test_drag_of_a_real_flight_is_named_from_motor_level_equations(found: Diagnosis) -> None:

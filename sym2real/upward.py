@@ -10,7 +10,7 @@ from typing import Any
 
 _OF = {
     "sym2real.diagnosis.data.simulating": ("simulate",),
-    "sym2real.diagnosis.errors.scoring": ("score",),
+    "sym2real.diagnosis.errors.comparison": ("score",),
     "sym2real.effects.one_step": ("predict",),
     "sym2real.logs.frames": ("log_of_frame", "frame_of_log"),
     "sym2real.report.data": ("data_remarks",),

@@ -15,6 +15,7 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis import diagnose
 from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.whitening import Spread, estimate
+from sym2real.diagnosis.predict.candidate import candidates
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.search.select import Selection
@@ -108,6 +109,22 @@ def test_a_term_takes_the_force_away_that_was_put_in() -> None:
     after = float(whitening.loss(terms.side.after(one.channel, one.name, one.step)[None]).sum())
     assert terms.loss(whitening) - after == pytest.approx(one.most, rel=1e-4)
     assert 0.95 < one.fall(terms.problems.folds) / one.most <= 1.0
+
+
+def test_a_constant_beside_an_offset_that_was_found_says_nothing() -> None:
+    """Of the steering both do the same: one may be large, and the other as large the other way."""
+    selection, spread = without_a_library("mushr")
+    problem, equations = selection.problems.problem, ROBOTS["mushr"].nominal()
+    library = Library.of(equations, [effect("offset:steer", equations)])
+    problem = Problem(library, problem.data)
+    tried = candidates(library, problem.data)
+    beside = Selection(Problems.of(problem, selection.problems.whitening), tried, library.null)
+    steer, speed = (spread.names.index(name) for name in ("steer", "speed"))
+    for chosen, alike in ((tried, (True, False)), ((), (False, False))):
+        beside.put(chosen, beside.beside(chosen, beside.fit).fit)
+        terms = Terms.of(beside, spread, None)
+        constants = terms.judged(terms.problems.whitening, [(steer, "constant"), (speed, "constant")])
+        assert tuple(term.inflation > 81 for term in constants) == alike
 
 
 @pytest.mark.slow

@@ -137,6 +137,13 @@ def compare(
     )
 
 
+def score(whole: Equations | DynamicsModel, data: Logs, horizon: float) -> dict[str, float]:
+    """See :meth:`~sym2real.Equations.score`."""
+    model, logs = prepared(whole, long_enough(data, whole))
+    (errors,) = prediction_errors(model, logs, [rows_ahead(horizon, logs.dt)], "smoothed", ())
+    return {channel: error.fit for channel, error in errors.errors.items()}
+
+
 def _notes(data: Dataset, left_out: Sequence[float], errors: Sequence[HorizonErrors]) -> tuple[str, ...]:
     logs_of: dict[str, list[str]] = {}
     for trajectory in data:

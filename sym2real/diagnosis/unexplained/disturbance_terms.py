@@ -183,6 +183,12 @@ class TermFit:
         return solve(self.curvature.sum(0), -self.gradient.sum(0))
 
     @property
+    def inflation(self) -> float:
+        """Variance inflation factor of its last number beside what was found."""
+        whole = self.curvature.sum(0)
+        return float(whole[-1, -1] * torch.linalg.pinv(whole, hermitian=True)[-1, -1])
+
+    @property
     def most(self) -> float:
         """Fall of the loss by the term that is fitted to it."""
         gradient, curvature, n = self.gradient.sum(0), self.curvature.sum(0), self.preceding

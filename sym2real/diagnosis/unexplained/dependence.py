@@ -125,7 +125,7 @@ class Terms:
         if (
             gain <= needed
             or self._hidden_in_a_step(judged)
-            or (judged.name == CONSTANT and judged.inflation > SETTINGS.far**4)  # as of an offset beside another
+            or (judged.name == CONSTANT and judged.inflation > SETTINGS.far**2)  # as of an offset beside another
             or judged.chance(problems.blocks) >= SETTINGS.false_alarms_of_each(len(self.pairs))
         ):
             return None

@@ -184,9 +184,9 @@ class TermFit:
 
     @property
     def inflation(self) -> float:
-        """Variance inflation factor of its last number beside what was found."""
+        """Times as wide as alone the interval of its last number is beside what was found."""
         whole = self.curvature.sum(0)
-        return float(whole[-1, -1] * torch.linalg.pinv(whole, hermitian=True)[-1, -1])
+        return float((whole[-1, -1] * torch.linalg.pinv(whole, hermitian=True)[-1, -1]).sqrt())
 
     @property
     def most(self) -> float:

@@ -201,6 +201,16 @@ def test_once_others_have_gone_what_costs_less_takes_the_place_of_what_the_logs_
     assert refuted(Near.of(beside), gone=()) is None
 
 
+def test_numbers_count_that_differ_from_none() -> None:
+    """Of a wind along one axis one number; of few blocks of data, which do not tell, no number."""
+    along = chosen(("wind",), "wind", flights=flights_with("wind", {"fx": 0.02, "fy": 0.0}))
+    both = chosen(("wind",), "wind")
+    assert (along.complexity(along.present), both.complexity(both.present)) == ((0, 1), (0, 2))
+    short = chosen(("wind",), "wind", flights=flights_with("wind", WIND, count=1, steps=100))
+    assert short.problems.block_count < 10
+    assert short.complexity(short.present) == (0, 0)
+
+
 @pytest.mark.slow
 def test_an_effect_that_saves_no_more_than_the_standard_error_gives_way_to_a_plainer_one() -> None:
     """A linear drag has three numbers; of a small quadratic one it explains as much, of a linear one surely more."""

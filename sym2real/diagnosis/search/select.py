@@ -127,11 +127,15 @@ class Selection:
         return other.price - cheaper.price > standard_error(self.problems, gain)
 
     def complexity(self, effects: EffectSet) -> tuple[int, int]:
-        """Number of effects that do nothing on one side of a threshold; of parameters that differ from none."""
+        """Number of effects that do nothing on one side of a threshold; of parameters that differ from none.
+
+        Few blocks do not tell which do.
+        """
         fit, slots = effects.fit, list(effects.fit.free)
         away = ((fit.values - self.origin) / self.problems.library.scale)[slots].abs()
         there = away > half_widths(self.problems, fit)[: len(slots)]
-        return effects.thresholds, int((there & self.problems.identifiable(fit)[: len(slots)]).sum())
+        enough = self.problems.block_count >= SETTINGS.fewest_pieces
+        return effects.thresholds, enough * int((there & self.problems.identifiable(fit)[: len(slots)]).sum())
 
     def open(self, chosen: Sequence[Candidate], others: Sequence[Candidate]) -> list[Candidate]:
         """Those of the candidates that share no parameter with what is chosen."""

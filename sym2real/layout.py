@@ -13,7 +13,9 @@ from functools import cached_property
 from itertools import accumulate
 from typing import Any, get_args
 
+import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch import Tensor
 
 from sym2real import rotation
@@ -203,17 +205,18 @@ class Layout:
         ]
         return torch.cat(parts).movedim(0, -1)
 
-    def over_steps(self, rows: Tensor) -> Tensor:
+    def over_steps(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
         """Of the rows of a log ``# (rows, size)`` what acts until the next one: held, directions halfway to that one.
 
         A command stays as it was sent; an attitude or a heading that was measured turns.
         """
-        later = torch.cat([rows[1:], rows[-1:]])
+        now = torch.as_tensor(rows)
+        pairs = zip(self.fields, self._parts(now), self._parts(torch.cat([now[1:], now[-1:]])), strict=True)
         parts = [
             a if field.kind == "vector" else _retract(field.kind, a, _difference(field.kind, b, a) / 2)
-            for field, a, b in zip(self.fields, self._parts(rows), self._parts(later), strict=True)
+            for field, a, b in pairs
         ]
-        return torch.cat(parts, dim=-1) if parts else rows
+        return np.asarray(torch.cat(parts, dim=-1)) if parts else rows
 
     def retract(self, start: Tensor, tangent: Tensor) -> Tensor:
         """The point that a tangent vector leads to; inverse of :meth:`difference`."""

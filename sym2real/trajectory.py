@@ -13,7 +13,6 @@ from math import inf, nan
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import torch
 from numpy.typing import ArrayLike, NDArray
 
 from sym2real.errors import ShapeError
@@ -296,8 +295,7 @@ class Trajectory:
     @cached_property
     def step_inputs(self) -> Array:
         """Inputs from each row to the next ``# (rows, inputs)``, see :meth:`~sym2real.layout.Layout.over_steps`."""
-        inputs: Array = self.layouts.inputs.over_steps(torch.as_tensor(self.inputs)).numpy()
-        return inputs
+        return self.layouts.inputs.over_steps(self.inputs)
 
     def past(self, commands: int, states: int) -> Array:
         """Commands sent before each row, newest first, then states ``# (rows, commands·action + states·state)``.

@@ -17,7 +17,7 @@ from sym2real.diagnosis.faults.sanity import check
 from sym2real.experiments.standard_conditions import sensors
 from sym2real.logs import read_log
 from sym2real.logs.agreement import rate_agreement, velocity_agreement
-from sym2real.logs.extremes import at_extremes
+from sym2real.logs.extremes import at_extremes, reversal
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
 from sym2real.tasks import make_task
@@ -139,7 +139,10 @@ def test_a_command_that_alternates_from_row_to_row_is_told(flights: Dataset) -> 
         report = data_report(replace(flights[0], action=action))
         assert (report.commands["thrust"].reversal < -0.9) is told
         assert any(line.startswith("thrust goes up and down") for line in report.lines()) is told
-    assert data_report(flights).commands["thrust"].reversal == pytest.approx(-0.5, abs=0.4)
+    assert reversal([rng.normal(size=20_000)]) == pytest.approx(-0.5, abs=0.02)
+    assert reversal([(-1.0) ** np.arange(1000)]) == pytest.approx(-1.0, abs=0.01)
+    assert reversal([np.arange(1000.0)]) == pytest.approx(1.0, abs=0.01)
+    assert reversal([np.ones(10)]) == 0.0
 
 
 def test_a_car_that_stands_is_at_no_limit(flights: Dataset) -> None:

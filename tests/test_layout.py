@@ -91,7 +91,7 @@ def test_over_a_step_directions_are_halfway_and_all_else_is_held(layout: Layout)
     moves = 0.5 * torch.randn(5, layout.tangent_size, generator=generator, dtype=torch.float64)
     rows = layout.normalise(torch.randn(5, layout.size, generator=generator, dtype=torch.float64))
     rows = torch.cat([rows, layout.retract(rows, moves)]).reshape(2, 5, -1).transpose(0, 1).flatten(0, 1)
-    acting, places = layout.over_steps(rows), layout.tangent_places
+    acting, places = torch.as_tensor(layout.over_steps(rows.numpy())), layout.tangent_places
     before, behind = layout.difference(acting[::2], rows[::2]), layout.difference(rows[1::2], acting[::2])
     for field, place in zip(layout.fields, places, strict=True):
         turns = field.kind != "vector"

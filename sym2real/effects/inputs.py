@@ -4,7 +4,6 @@ from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
-import torch
 
 from sym2real.dataset import Dataset
 from sym2real.effects.voltage import VOLTAGE, settled, voltage_at_start, with_voltage
@@ -23,12 +22,6 @@ def inputs_along(inputs: Layout, log: Trajectory) -> Array:
     """What the log holds at its rows, time from its start, zeros for the rest ``# (rows, inputs)``."""
     columns = [_column(name, log) for name in inputs]
     return np.stack(columns, axis=1) if columns else np.zeros((len(log), 0))
-
-
-def inputs_over_steps(inputs: Layout, log: Trajectory) -> Array:
-    """The same from each row to the next ``# (rows, inputs)``, see :meth:`~sym2real.layout.Layout.over_steps`."""
-    acting: Array = inputs.over_steps(torch.as_tensor(inputs_along(inputs, log))).numpy()
-    return acting
 
 
 def with_inputs(inputs: Layout, logs: Dataset) -> Dataset:

@@ -87,9 +87,9 @@ def quadrotor(
         inertia: principal moments in kg m²; None scales the Crazyflie's by mass.
         interface: actions are thrust in N and body rates in rad/s; thrust and attitude; or motors, four or those of
             ``motors``.
-        attitude: "predicted", or "measured": the quaternion is then an input, along a log that halfway to the next
-            row, ahead of a robot held; the state is position and velocity, and of the actions only thrust along body z
-            remains.
+        attitude: "predicted", or "measured": the quaternion is then an input, which is halfway to the next row along a
+            log, and held where no row is known yet; the state is position and velocity, and only thrust along body z
+            remains of the actions.
         dt: time step in s.
         rate_gains: gains of the on-board rate loop in 1/s (interface "thrust_rates"); None for the Crazyflie's.
         attitude_time_constant: of the on-board attitude loop in s (interface "thrust_attitude"); 0 answers at once.

@@ -40,12 +40,18 @@ def beyond_chance(problems: Problems, fit: Fit, candidate: Candidate, origin: Te
 def collinear(fit: Fit, candidate: Candidate) -> bool:
     """Whether what else is free makes the interval of a parameter of an effect nine times as wide: far, and far again.
 
-    By the variance inflation factor; D. Belsley, E. Kuh, R. Welsch, "Regression Diagnostics", 1980, chapter 3. Of two
-    lags in a row with one time, the difference of both times moves next to nothing, and neither time is sure.
+    Of two lags in a row with one time, the difference of both times moves next to nothing, and neither time is sure.
     """
-    whole, places = fit.curvature.sum(0), fit.places(candidate.free)
-    inflation = (whole.diagonal() * torch.linalg.pinv(whole, hermitian=True).diagonal())[places]
-    return bool((inflation.sqrt() > SETTINGS.far**2).any())
+    return bool((inflation(fit.curvature.sum(0))[fit.places(candidate.free)] > SETTINGS.far**2).any())
+
+
+def inflation(curvature: Tensor) -> Tensor:
+    """Times as wide as alone the interval of each parameter is beside the others ``# (A, A) -> (A,)``.
+
+    The root of the variance inflation factor; D. Belsley, E. Kuh, R. Welsch, "Regression Diagnostics", 1980, chapter 3.
+    """
+    whole: Tensor = curvature.diagonal() * torch.linalg.pinv(curvature, hermitian=True).diagonal()
+    return whole.sqrt()
 
 
 def _far_from_none(problems: Problems, distance: Distance, tested: int) -> bool:

@@ -12,7 +12,7 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.segments import Segments, compared_fields, cut, padded
 from sym2real.diagnosis.predict.filtered import FilteredCommands
 from sym2real.diagnosis.predict.library import Library, hidden_start_of, output_of
-from sym2real.effects.inputs import inputs_over_steps
+from sym2real.effects.inputs import inputs_along
 from sym2real.effects.sensors import Sensors
 from sym2real.symbolic import rollout
 
@@ -37,7 +37,8 @@ class Problem:
         self.data = data
         self.segments: Segments = cut(data) if segments is None else segments
         self._commands = FilteredCommands(library, data)
-        self._inputs = padded(inputs_over_steps(library.equations.layouts.inputs, trajectory) for trajectory in data)
+        inputs = library.equations.layouts.inputs
+        self._inputs = padded(inputs.over_steps(inputs_along(inputs, log)) for log in data)
         self._defaults = torch.tensor(list(library.equations.parameters.values()), dtype=torch.float64)
         self._visible = data.layouts.state.size
         self._compared = compared_fields(self.segments)

@@ -115,7 +115,8 @@ def _place(selection: Selection, candidate: Candidate, joined: Mapping[str, Effe
     rest = selection.without(selection.present, candidate)
 
     def beside(other: EffectSet) -> bool:
-        return selection.surely_cheaper(joined.get(other.candidate.name, other), other)
+        both = joined.get(other.candidate.name)
+        return both is not None and selection.surely_cheaper(both, other)
 
     others = [other for other in selection.larger(rest) if other.candidate is not candidate and not beside(other)]
     inside = [other for other in others if not selection.at_bound(other.fit, other.candidate)]

@@ -19,7 +19,7 @@ from torch import Tensor
 
 from sym2real.diagnosis.data.segments import summed
 from sym2real.diagnosis.estimate.quadratic import Fit, solve
-from sym2real.diagnosis.estimate.significance import chance_of, clustered
+from sym2real.diagnosis.estimate.significance import chance_of, clustered, inflation
 from sym2real.diagnosis.estimate.whitening import PIECES, Spread, Whitening
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.unexplained.features import features_of, within
@@ -185,8 +185,7 @@ class TermFit:
     @property
     def inflation(self) -> float:
         """Times as wide as alone the interval of its last number is beside what was found."""
-        whole = self.curvature.sum(0)
-        return float((whole[-1, -1] * torch.linalg.pinv(whole, hermitian=True)[-1, -1]).sqrt())
+        return float(inflation(self.curvature.sum(0))[-1])
 
     @property
     def most(self) -> float:

@@ -9,7 +9,7 @@ from importlib import import_module
 from typing import Any
 
 _OF = {
-    "sym2real.diagnosis.data.simulating": ("simulate",),
+    "sym2real.diagnosis.data.windows": ("simulate",),
     "sym2real.diagnosis.errors.comparison": ("score",),
     "sym2real.effects.one_step": ("predict",),
     "sym2real.logs.frames": ("log_of_frame", "frame_of_log"),

@@ -3,16 +3,24 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from functools import cache
 from math import inf
 from pathlib import Path
 
 import pytest
+import torch
 from noisy_flights import flights_with
 from standard_set import DRIVES, FLIGHTS
 
 from sym2real.cli import main
 from sym2real.diagnosis import Plan, plan
+from sym2real.diagnosis.design.alike import Changes
+from sym2real.diagnosis.estimate.fit import Problems
+from sym2real.diagnosis.estimate.quadratic import Hypothesis
+from sym2real.diagnosis.estimate.whitening import Spread
+from sym2real.diagnosis.predict.candidate import candidates, library_for
+from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.effects import applicable
 from sym2real.errors import ModelError, UnknownNameError
 from sym2real.experiments.planned import manoeuvre, planned_runs, usual_noise
@@ -151,3 +159,47 @@ def test_manoeuvres_and_options_that_do_not_exist_are_named() -> None:
     for options in ({"size": float("nan")}, {"speed": float("inf")}, {"height": float("nan")}):
         with pytest.raises(ModelError, match="expected"):
             manoeuvre(CRAZYFLIE, "circle", options)
+
+
+def test_an_effect_is_apart_from_another_where_what_that_leaves_of_it_would_be_found() -> None:
+    """What an arm does to a car, a slip does in part; the part by least squares on the predictions themselves."""
+    found = planned("mushr", DRIVES)
+    (arm,) = (row for row in found.visible if (row.effect, row.parameter) == ("lever_arm", "rx"))
+    assert arm.smallest is not None
+    assert arm.separable is not None
+    assert arm.separable > arm.smallest
+    assert arm.nearest not in (*arm.like, *arm.always, "lever_arm", "")
+    for row in found.visible:
+        limit = row.effect.startswith(("limit", "dead_zone", "rate_limit", "tyre_friction"))
+        if row.smallest is not None and row.separable is not None and not limit:
+            assert row.separable >= row.smallest * (1 - 1e-9)
+
+
+@pytest.mark.parametrize("effect", ["lever_arm", "wind"])
+def test_what_an_effect_leaves_of_another_is_what_its_fit_leaves(effect: str) -> None:
+    """Against a fit of the other to logs that have the one: the same number by another way."""
+    robot = MUSHR
+    data = planned_runs(robot, DRIVES, seconds=4.0, yaw_rate=0.0, dither=1.0)
+    library = library_for(robot.nominal(), data, exclude=LEFT_OUT)
+    problem = Problem(library, data)
+    whitening = Spread.of(problem, library.null).whitening(
+        torch.full((len(problem.segments.channel),), 1e-4, dtype=torch.float64),
+        torch.full((len(Spread.of(problem, library.null).names),), 1e-2, dtype=torch.float64),
+    )
+    problems = Problems.of(problem, whitening)
+    smooth = [own for own in candidates(library, data) if not own.needs_start]
+    changes = Changes.of(problems, smooth)
+    (own,) = (candidate for candidate in smooth if candidate.name == effect)
+    whole, others = changes.others(changes.columns[..., changes.places[effect][:1]], but=effect)
+    nearest = next(candidate for candidate in smooth if candidate.name == others[0].nearest)
+
+    left = []
+    for sign in (1.0, -1.0):  # the other may have one sign only
+        values = library.null.clone()
+        values[own.free[0]] += 0.1 * sign * library.scale[own.free[0]]
+        there = Problem(library, data, replace(problem.segments, measured=problem.states(values[None])[0]))
+        (fit,) = Problems.of(there, whitening).fit([Hypothesis(nearest.free, library.null)])
+        nothing = float(whitening.loss(there.residuals(library.null[None])).sum())
+        assert nothing == pytest.approx(0.01 * float(whole[0]), rel=0.05)
+        left.append(fit.total / nothing)
+    assert min(left) == pytest.approx(others[0].left, rel=0.1, abs=0.01)

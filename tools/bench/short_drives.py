@@ -1,7 +1,7 @@
 """Drives of 3 s of a car in MuJoCo that has play, an offset, a late command, an arm and a speed map of its own at once.
 
 Steering and speed go in steps; the pose has the noise of a localisation by lidar. Each effect is twice as large as the
-smallest that ``plan`` says these drives show.
+smallest that ``plan`` says these drives show and tell from others.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ STEER, SPEED = (-0.3, 0.3), (0.4, 1.6)  # rad, m/s
 HELD = (0.4, 1.0)  # s
 START = 1.0  # m in x and y
 DELAYS = (0.08, 0.2)  # s
-LARGER = 2.0  # than the smallest that is seen
+LARGER = 2.0  # than the smallest that is seen and separable
 NAMED = {"dead_band:steer": "value", "offset:steer": "value", "lever_arm": "rx", "delay": "value"}
 SPEED_MAP = {"gain:speed": "value", "offset:speed": "value"}
 PLAY_FIRST = ("delay", "gain:speed", "offset:speed", "dead_band:steer", "offset:steer", "lever_arm")
@@ -97,18 +97,18 @@ def planned(robot: Robot, seed: int) -> Plan:
 
 
 def truth(seen: Plan, seed: int) -> Truth:
-    """Every effect at twice what is seen, its sign drawn; the delay within :data:`DELAYS`, if that is more.
+    """Every effect at twice what is seen and separable, of a drawn sign; the delay in :data:`DELAYS`, if that is more.
 
     Raises:
         ModelError: for an effect that the drives do not show at any size.
     """
     rng = np.random.default_rng([seed, DRIVES])
-    smallest = {(one.effect, one.parameter): one.smallest for one in seen.visible}
+    smallest = {(one.effect, one.parameter): one.separable for one in seen.visible}
     found: dict[str, dict[str, float]] = {}
     for key, parameter in {**NAMED, **SPEED_MAP}.items():
         size = smallest.get((key, parameter))
         if size is None:
-            raise ModelError(f"{key}: expected drives that show its {parameter}, found none of its sizes seen")
+            raise ModelError(f"{key}: expected drives that show its {parameter}, found none of its sizes separable")
         found[key] = {parameter: float(LARGER * size * rng.choice([-1.0, 1.0]))}
     found["dead_band:steer"]["value"] = abs(found["dead_band:steer"]["value"])
     found["delay"]["value"] = max(abs(found["delay"]["value"]), rng.uniform(*DELAYS))

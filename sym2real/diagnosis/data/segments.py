@@ -23,7 +23,7 @@ from sym2real.diagnosis.settings import SETTINGS
 from sym2real.errors import ShapeError
 from sym2real.layout import Layout
 from sym2real.logs.noise import component_noise
-from sym2real.trajectory import Array, Trajectory
+from sym2real.trajectory import Array
 from sym2real.vocabulary import JOINT_ANGLE, JOINT_DISPLACEMENT
 
 # Rows of a segment, more of a faster log: in a tenth of a second noise hides what moves a robot by metres in a second.
@@ -121,7 +121,7 @@ def cut(data: Dataset) -> Segments:
         (index, first)
         for index, trajectory in enumerate(data)
         for first in range(SETTLING + WARM_UP, len(trajectory) - length, length)
-        if not _frozen(trajectory, first, length)
+        if (np.diff(trajectory.state[first : first + length], axis=0) == 0).all(axis=1).mean() <= SETTINGS.frozen
     ]
     if not moving:
         raise _without_segments(data, SETTLING + WARM_UP + length + 1)
@@ -199,11 +199,6 @@ def _states(data: Dataset, log: NDArray[np.int64], row: NDArray[Any]) -> Tensor:
         if mine.any():
             states[mine] = start_states(trajectory, np.maximum(row[mine], ROWS - 1))
     return torch.as_tensor(states)
-
-
-def _frozen(trajectory: Trajectory, row: int, length: int) -> bool:
-    piece = trajectory.state[row : row + length]
-    return bool((np.diff(piece, axis=0) == 0).all(axis=1).mean() > SETTINGS.frozen)
 
 
 def padded(arrays: Iterable[Array]) -> Tensor:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isfinite
 
 import numpy as np
@@ -11,13 +11,15 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from sym2real.dataset import Dataset, logs_in
 from sym2real.diagnosis.data.start import ROWS, Start, start_states
 from sym2real.diagnosis.settings import SETTINGS
-from sym2real.effects.along_logs import predicted_from
+from sym2real.effects.along_logs import predicted_from, prepared
 from sym2real.errors import ShapeError
 from sym2real.field import Field
 from sym2real.layout import Layout
 from sym2real.protocols import DynamicsModel
+from sym2real.symbolic import Equations
 from sym2real.trajectory import Array, Trajectory
 from sym2real.vocabulary import JOINT_ANGLE, JOINT_DISPLACEMENT
 
@@ -155,3 +157,16 @@ def predict_windows(
 def one_step_windows(model: DynamicsModel, trajectory: Trajectory) -> Windows:
     """Predict one row ahead from every measured row that has a history."""
     return predict_windows(model, trajectory, 1, "measured", stride=1)
+
+
+def simulate(whole: Equations | DynamicsModel, log: Trajectory, horizon: float | None = None) -> Trajectory:
+    """See :meth:`~sym2real.Equations.simulate`."""
+    model, logs = prepared(whole, Dataset(logs_in(log)))
+    ready = logs[0]
+    steps = len(ready) - 1 if horizon is None else rows_ahead(horizon, ready.dt)
+    rows = np.arange(0, len(ready) - 1, steps)
+    predicted = predicted_from(model, ready, rows, steps, start=start_states(ready, rows)).flatten(0, 1).numpy()
+    state = np.concatenate([ready.state[:1], predicted[: len(ready) - 1]])
+    layouts = replace(ready.layouts, action=log.layouts.action)
+    name = f"{log.name} simulated".strip()
+    return replace(ready, state=state, action=log.action, layouts=layouts, name=name, raw={})

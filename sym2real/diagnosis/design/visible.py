@@ -99,8 +99,11 @@ class Visible:
         effect, parameter, unit: which.
         smallest: deviation from the null value that would be found, for limits the value itself; None where none
             within the parameter's bounds would.
+        separable: deviation from which on no other effect explains so much of it that it would be taken for that; those
+            in ``like`` and ``always`` aside.
         matters: deviation from which on a tenth of a prediction's error goes with the effect, for limits the value
             itself; None where that is beyond the parameter's bounds, or where logs are too short to predict.
+        nearest: the effect that explains most of it at the smallest size.
         like: effects that this manoeuvre cannot tell from it.
         always: effects that no manoeuvre tells from it.
         shown_by: the manoeuvre that shows it.
@@ -110,7 +113,9 @@ class Visible:
     parameter: str
     unit: str
     smallest: float | None
+    separable: float | None
     matters: float | None
+    nearest: str
     like: tuple[str, ...]
     always: tuple[str, ...]
     shown_by: str

@@ -108,13 +108,11 @@ class Calibration(Whitened):
         """
         here = Hypothesis(free, self.values)
         (fit,) = Problems.of(self.problem, self.whitening).quadratics([here], with_nuisance=False)
-        smooth = torch.tensor([self._is_smooth(slot) for slot in free])
+        library = self.problem.library
+        effects = [library.effects.get(library.slots[slot].effect) for slot in free]
+        # Errors have no slope where an effect begins at a threshold.
+        smooth = torch.tensor([known is None or known.searching.from_null for known in effects])
         return by_log(torch.where(smooth, fit.gradient, 0.0), self.problem.log_names, logs)
-
-    def _is_smooth(self, slot: int) -> bool:
-        """Whether errors have a slope at the parameter's null: an effect that begins at a threshold may jump there."""
-        key = self.problem.library.slots[slot].effect
-        return not key or self.problem.library.effects[key].searching.from_null
 
 
 def by_log(gradient: Tensor, own: Sequence[str], logs: Sequence[str]) -> Tensor:

@@ -39,7 +39,7 @@ from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects.inputs import ANGLE
 from sym2real.effects.wrench import uses
-from sym2real.trajectory import Array, Trajectory
+from sym2real.trajectory import Array
 from sym2real.vocabulary import FORCE, POSITION
 
 FORCES = FORCE.columns
@@ -69,11 +69,9 @@ class Swing:
 
     def in_data(self, data: Dataset) -> Dataset:
         """The logs with the angle of the swing in the middle of every step as a column."""
-        return Dataset(self._in_log(log, phase) for log, phase in zip(data, self.phases, strict=True))
-
-    def _in_log(self, log: Trajectory, phase: float) -> Trajectory:
-        angle = self.omega * (log.time - log.time[0] + log.dt / 2) + phase
-        return replace(log, extra={**log.extra, ANGLE: angle})
+        angles = [self.omega * (log.time - log.time[0] + log.dt / 2) for log in data]
+        parts = zip(data, angles, self.phases, strict=True)
+        return Dataset(replace(log, extra={**log.extra, ANGLE: angle + phase}) for log, angle, phase in parts)
 
 
 @dataclass(frozen=True, eq=False)

@@ -246,14 +246,10 @@ def _trust(whitening: Whitening, residuals: Tensor) -> Tensor:
     plain = replace(whitening, trust=torch.ones_like(whitening.trust))
     squares, size = plain.loss(residuals[None])[0], whitening.freedom / len(residuals)
     gaussian = float((-size / 2 * log(2) - squares / 2).sum())
-    likely = {nu: float(_student(squares, size, nu).sum()) for nu in TAILS}
+    # Logarithm of Student's density of so many components, but for what does not depend on ν.
+    heights = {nu: lgamma((nu + size) / 2) - lgamma(nu / 2) - size / 2 * log(nu) for nu in TAILS}
+    likely = {nu: float((heights[nu] - (nu + size) / 2 * torch.log1p(squares / nu)).sum()) for nu in TAILS}
     nu = max(likely, key=lambda degrees: likely[degrees])
     if 2 * (likely[nu] - gaussian) < SETTINGS.heavy_tails:
         return plain.trust
     return (nu + size) / (nu + squares)
-
-
-def _student(squares: Tensor, size: float, nu: float) -> Tensor:
-    """Logarithm of Student's density of so many components, but for what does not depend on ν ``# (S,)``."""
-    constant = lgamma((nu + size) / 2) - lgamma(nu / 2) - size / 2 * log(nu)
-    return constant - (nu + size) / 2 * torch.log1p(squares / nu)

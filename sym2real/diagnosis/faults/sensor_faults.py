@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.data.simulating import simulate
+from sym2real.diagnosis.data.windows import simulate
 from sym2real.diagnosis.faults.fault import Fault, Settled
 from sym2real.diagnosis.faults.sensor_readings import OfWheel, Reading, readings
 from sym2real.diagnosis.settings import SETTINGS

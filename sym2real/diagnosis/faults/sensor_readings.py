@@ -174,7 +174,9 @@ def _shift(tables: Mapping[int, Array], dt: float, honest: float, variance: floa
         return None
     shift = rows * dt + late / inverse
     beyond_chance = abs(shift) > SETTINGS.sensor_deviations * sqrt(covariance[2, 2]) / inverse
-    shifted = beyond_chance and abs(shift) > honest * dt and _misses_more(tables[0], variance)
+    _, _, missed = _fit(tables[0][:, :3])  # by scale and bias alone
+    likely = variance * (1.0 + SETTINGS.sensor_deviations * sqrt(2.0 / len(missed)))
+    shifted = beyond_chance and abs(shift) > honest * dt and float(np.square(missed).mean()) > likely
     # A lag that is none was chosen for errors that it makes small: scale and bias read there take these errors up.
     return (rows, shift) if shifted else (0, 0.0)
 
@@ -223,12 +225,6 @@ def _fit(table: Array) -> tuple[Array, Array, Array]:
     left = target - design @ values
     meat = (design * left[:, None] ** 2).T @ design
     return values, inverse @ meat @ inverse, left
-
-
-def _misses_more(table: Array, variance: float) -> bool:
-    """Whether scale and bias alone leave more than noise of this variance, beyond chance."""
-    _, _, left = _fit(table[:, :3])
-    return float(np.square(left).mean()) > variance * (1.0 + SETTINGS.sensor_deviations * sqrt(2.0 / len(left)))
 
 
 def _beyond_time(table: Array) -> tuple[Array, Array]:

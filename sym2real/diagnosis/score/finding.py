@@ -118,6 +118,7 @@ def findings(
         of, key = library.effects[candidate.name], candidate.name
         group, values = tuple(dict.fromkeys((key, *groups.get(key, ())))), estimates(selection, candidate, fit, near)
         doubtful = attenuated(selection, candidate, fit)
+        by_voltage = VOLTAGE in of.of.reads and VOLTAGE in of.body.layouts.inputs
         findings.append(
             Finding(
                 effect=key,
@@ -128,7 +129,7 @@ def findings(
                 provisional=provisional,
                 fix=AS_SENT if doubtful else _fix(of, values),
                 log_spread=spread_over_logs(selection, candidate, fit),
-                voltage=_voltage(of),
+                voltage=of.body.numbers.get(REFERENCE) if by_voltage else None,
                 probability=probabilities.get(key),
                 doubtful=doubtful,
             )
@@ -190,11 +191,6 @@ def with_details(
         parameters = settled | finding.parameters
         result.append(replace(finding, effect=library.key(finding.effect), parameters=parameters, group=group))
     return tuple(result)
-
-
-def _voltage(effect: Effect) -> float | None:
-    by_voltage = VOLTAGE in effect.of.reads and VOLTAGE in effect.body.layouts.inputs
-    return effect.body.numbers.get(REFERENCE) if by_voltage else None
 
 
 @dataclass(frozen=True, eq=False)

@@ -231,7 +231,8 @@ class Beam:
                 self._without(effects, left_out)
         for larger in self.selection.larger(effects) if len(effects.chosen) < SETTINGS.most_findings else []:
             self._keep(larger)
-        if len(effects.chosen) + 2 <= SETTINGS.most_findings and not self._grows(effects):
+        larger_sets = (other for other in self.sets.values() if effects.names < other.names)
+        if len(effects.chosen) + 2 <= SETTINGS.most_findings and not any(map(self._worth_its_size, larger_sets)):
             for larger in hidden_pairs(self.selection, effects):
                 significant = all(self.selection.significant(larger.fit, member) for member in larger.chosen[-2:])
                 if significant and self.selection.surely_cheaper(larger, effects):
@@ -249,11 +250,6 @@ class Beam:
                     self.looked_around.discard(effects.names)
                     better = True
         return better
-
-    def _grows(self, effects: EffectSet) -> bool:
-        """Whether some effect is worth its place beside a set's."""
-        larger = (other for other in self.sets.values() if effects.names < other.names)
-        return any(self._worth_its_size(other) for other in larger)
 
     def _keep(self, effects: EffectSet) -> None:
         """Remember a set; of one that is known the better fit."""

@@ -25,7 +25,6 @@ from sym2real.effects.along_logs import with_filtered_commands
 from sym2real.effects.written_term import add_term, nameable
 from sym2real.symbolic import Equations
 from sym2real.symbolic.expressions import canonical, text
-from sym2real.trajectory import Array
 
 DEGREE = 2  # the lowest that can be even in a variable, or odd
 DIGITS = 4
@@ -65,19 +64,15 @@ def propose(informed: Equations, data: Dataset, rest: Rest, leftover: Leftover, 
         if variable is None:  # a change, an angle's lag: no quantity that the equations hold
             return None
         values = rest.values[:, rest.features.index(leftover.explained_by)]
-        expression = _polynomial(variable, values, rest.disturbances[:, rest.names.index(channel)])
+        target = rest.disturbances[:, rest.names.index(channel)]
+        coefficients = Polynomial.fit(values, target, DEGREE).convert().coef
+        expression = sympy.Add(*(float(factor) * variable**power for power, factor in enumerate(coefficients)))
     else:
         expression = sympy.Float(leftover.size)
     scale, gain = _scaled(informed, data, channel, expression, whitening)
     exact = canonical(expression * scale)
     rounded = {atom: sympy.Float(float(f"{float(atom):.{DIGITS}g}")) for atom in exact.atoms(sympy.Float)}
     return Term(channel, text(exact.xreplace(rounded)), gain) if gain > SETTINGS.gain else None
-
-
-def _polynomial(variable: Expr, values: Array, target: Array) -> Expr:
-    """The polynomial in a variable that is nearest to a target in the least squares."""
-    coefficients = Polynomial.fit(values, target, DEGREE).convert().coef
-    return sympy.Add(*(float(factor) * variable**power for power, factor in enumerate(coefficients)))
 
 
 def _scaled(

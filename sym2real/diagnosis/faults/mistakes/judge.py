@@ -36,17 +36,13 @@ def mistakes(model: Equations, data: Dataset) -> list[Breach]:
     breaches = list[Breach]()
     for _ in range(MOST):
         breach = _best(balances, data) or _late_commands(balances, data)
-        if breach is None or _is_a_sensors_sign(breach.transformation, data):
+        wrong = breach.transformation.wrong if breach and isinstance(breach.transformation, Exchanged) else []
+        # One sensor of the other sign is named as such, by an effect of its own.
+        if breach is None or (len(wrong) == 1 and wrong[0][0] in data.layouts.state):
             break
         breaches.append(breach)
         data = breach.undone(data)
     return breaches
-
-
-def _is_a_sensors_sign(transformation: Transformation, data: Dataset) -> bool:
-    """Whether one sensor has the other sign, which is named as such, by an effect of its own."""
-    wrong = transformation.wrong if isinstance(transformation, Exchanged) else []
-    return len(wrong) == 1 and wrong[0][0] in data.layouts.state
 
 
 def _best(balances: Balances, data: Dataset) -> Breach | None:

@@ -136,17 +136,14 @@ def _standing(data: Dataset) -> BadRows | None:
             others = [np.delete(part, place, axis=1).all(axis=1) for part in still]
             moving = [part[1:, place] != 0.0 for part in values]
             parts = zip(still, others, moving, strict=True)
-            rows = [_long_runs(part[:, place] & ~rest & somewhere) for part, rest, somewhere in parts]
+            # Longer than a value that jumped is away.
+            run = np.ones(SETTINGS.jump_rows + 1, dtype=bool)
+            rows = [binary_opening(part[:, place] & ~rest & somewhere, run) for part, rest, somewhere in parts]
             elsewhere = np.concatenate([part[~own, place] for part, own in zip(still, rows, strict=True)])
             if any(own.any() for own in rows) and len(elsewhere) and elsewhere.mean() < 1.0 - SETTINGS.nearly:
                 bad = tuple(np.concatenate([[False], own]) for own in rows)
                 return BadRows("stand", (column,), bad, tuple(() for _ in data))
     return None
-
-
-def _long_runs(rows: Rows) -> Rows:
-    """Those that follow each other for longer than a value that jumped is away."""
-    return np.asarray(binary_opening(rows, np.ones(SETTINGS.jump_rows + 1, dtype=bool)))
 
 
 def _jumping(data: Dataset, columns: tuple[str, ...], model: Equations | None) -> BadRows | None:

@@ -22,7 +22,9 @@ from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.search import beam as beam_module
 from sym2real.diagnosis.search.beam import Beam
+from sym2real.diagnosis.search.needed import Predicted
 from sym2real.diagnosis.search.select import Selection
+from sym2real.diagnosis.search.settled import settle
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects import effect
 from sym2real.robots import CRAZYFLIE
@@ -155,6 +157,7 @@ def test_of_two_effects_that_do_the_same_the_one_without_a_threshold_is_named(la
     threshold = replace(mass, name="always beyond a threshold", starts=(0.003,), needs_start=True)
     selection = selection_of([*tried, threshold] if last else [threshold, *tried])
     Beam(selection).search()
+    settle(Predicted(selection, selection.problems.library, selection.problems.data))
     assert {candidate.name for candidate in selection.chosen} == set(HIDDEN)
 
 

@@ -17,6 +17,7 @@ from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.unexplained.dependence import find_dependence
 from sym2real.diagnosis.unexplained.leftover import Leftover
 from sym2real.effects import effect
+from sym2real.report.leftover import statement
 from sym2real.robots import ROBOTS
 
 
@@ -59,7 +60,7 @@ def test_a_length_in_place_of_a_time_goes_with_the_speed() -> None:
     """A servo that lags by 0.1 s relaxes over 0.1 m at 1 m/s, and over 0.2 m at 2 m/s."""
     left = said_of("relaxation_length", "lag:steer", 0.1)
     assert left is not None
-    assert left.statement in {f"a change of relaxation_length that depends on {of}speed" for of in ("", "forward ")}
+    assert statement(left) in {f"a change of relaxation_length that depends on {of}speed" for of in ("", "forward ")}
     assert left.term.startswith("0.") and " m where " in left.term
 
 

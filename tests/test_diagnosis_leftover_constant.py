@@ -16,6 +16,7 @@ from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.unexplained.constant import Constants
 from sym2real.diagnosis.unexplained.leftover import Leftover, find_misfit, split_in_words
+from sym2real.report.leftover import measure, statement
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
 
 # The wind and what stands for it; and, to keep the tests short, much else: mass, drag and centre of mass compete.
@@ -37,7 +38,7 @@ def test_the_unit_one_goes_without_saying() -> None:
     speed = np.linspace(0.0, 2.0, 100)
     words = split_in_words(["speed"], speed[:, None], np.where(speed < 1.0, 0.5, 2.0), "1")[1]
     assert words == "0.5 where speed is below 1, 2 above"
-    assert Leftover("constant", "lag", 0.5, "0.5 everywhere", 0.5, "1").statement == "a constant change of lag by 0.5"
+    assert statement(Leftover("constant", "lag", 0.5, "0.5 everywhere", 0.5, "1")) == "a constant change of lag by 0.5"
 
 
 @pytest.mark.slow
@@ -127,12 +128,12 @@ def _of(robot: Robot, data: Dataset) -> Constants:
 def test_errors_far_beyond_noise_are_left_over_even_if_no_disturbance_describes_them() -> None:
     assert find_misfit(1.05) == ()
     (left,) = find_misfit(1.69)
-    assert left.statement == "an error 1.30 times that of noise and disturbances"
-    assert left.measure == "41 % of the squares"
+    assert statement(left) == "an error 1.30 times that of noise and disturbances"
+    assert measure(left) == "41 % of the squares"
 
 
 def test_of_an_effect_it_is_said_what_unseen_logs_confirm_and_of_a_disturbance_how_much_it_explains() -> None:
     """Nothing else varies an effect: a share of its variance would always be one."""
     of_effect, disturbed = (Leftover("wz", channel, 0.97, "", motion=0.2) for channel in ("lag:steer", "fz"))
-    assert of_effect.measure == "confirmed to 97 %"
-    assert disturbed.measure == "R² 0.97"
+    assert measure(of_effect) == "confirmed to 97 %"
+    assert measure(disturbed) == "R² 0.97"

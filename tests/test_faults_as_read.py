@@ -24,6 +24,7 @@ from sym2real.logs import LogSpec, read_logs
 from sym2real.logs.differences import rates_on_time
 from sym2real.logs.parts import Attitude, Source, TimeBase
 from sym2real.logs.standard import TURNED_ABOUT_X
+from sym2real.report.leftover import statement
 from sym2real.robots import CRAZYFLIE, MUSHR
 from sym2real.robots.nominal_quadrotor import quadrotor
 from sym2real.trajectory import Array, Trajectory
@@ -261,7 +262,7 @@ def test_a_model_that_predicts_a_step_worse_than_nothing_misses_something() -> N
     noise = Floor(0.1, {"attitude": (0.01, "rad")})
     (left,) = find_astray(stage(0.1, {0.1: ("attitude",), 0.8: ()}), noise)
     assert left.matters
-    assert left.statement == "an error of attitude 11.00 times that of noise alone"
+    assert statement(left) == "an error of attitude 11.00 times that of noise alone"
     assert find_astray(stage(0.012, {0.1: ("attitude",)}), noise) == ()  # noise makes it, within a third
     assert find_astray(stage(0.1, {0.1: (), 0.8: ("attitude",)}), noise) == ()
 

@@ -16,7 +16,6 @@ from typing import Any
 
 from sym2real.dataset import Dataset, Logs
 from sym2real.diagnosis.design.separation import with_advice
-from sym2real.diagnosis.errors.floor import floor_of_explained, no_higher_than_reached
 from sym2real.diagnosis.errors.rungs import cut_notes
 from sym2real.diagnosis.estimate.calibrate import Calibration
 from sym2real.diagnosis.estimate.preparation import Prepared
@@ -24,8 +23,7 @@ from sym2real.diagnosis.estimate.significance import least_gain
 from sym2real.diagnosis.pipeline import prepare
 from sym2real.diagnosis.predict.candidate import Candidate, candidates
 from sym2real.diagnosis.question import Question
-from sym2real.diagnosis.score.finding import Finding, findings
-from sym2real.diagnosis.score.held_out import LadderModels
+from sym2real.diagnosis.score.finding import Finding, findings, laddered
 from sym2real.diagnosis.score.hypothesis_test import Alternative, HypothesisTest
 from sym2real.diagnosis.search.effect_set import EffectSet
 from sym2real.diagnosis.search.near import Near, as_good, by_own_starts, by_price
@@ -125,18 +123,15 @@ def try_effect(
     selection, gain = _fitted(prepared, keys)
     verdict, groups = _judged(prepared, keys, selection, on_progress)
     on_progress("scoring on held-out data")
-    steps = LadderModels.of(prepared.library, selection, same=held_out is None)
-    horizons = steps.horizons(prepared.scored, horizon)
     fitted = _findings(selection, groups, prepared.calibration)
-    stages = steps.ladder(prepared.library, prepared.scored, horizons)
-    floor = floor_of_explained(prepared.library, prepared.scored, selection.fit.values, prepared.whitening, horizons)
+    steps, horizons, stages, floor = laddered(prepared, selection)
     return HypothesisTest(
         findings=with_advice(fitted, prepared.model, prepared.whitening, prepared.plant),
         **verdict,
         gain=gain,
         faults=prepared.checked.faults,
         ladder=stages,
-        floor=no_higher_than_reached(floor, stages),
+        floor=floor,
         held_out=steps.names_of(prepared.scored),
         apart=held_out is not None,
         notes=(*prepared.notes, *cut_notes(horizons, horizon)),
@@ -159,7 +154,9 @@ def _judged(
     judged = {own.name: _alternatives(near, own, empty[own.name], sets) for own, sets in places}
     outdone = tuple(own.name for own, sets in places if sets and _outdone(selection, own, sets[0], judged[own.name][0]))
     refused = tuple(key for key in keys if key not in supported or key in outdone)
-    lines = tuple(other for key in keys for other in _worth_a_line(judged[key], beside[key]))
+    least = {key: max(SETTINGS.gain, SETTINGS.mostly * beside[key]) for key in keys}
+    worth_it = {key: [other for other in judged[key] if other.better or other.gain > least[key]] for key in keys}
+    lines = tuple(other for key in keys for other in worth_it[key][:MOST_ALTERNATIVES])
     verdict = {"beside": beside, "unneeded": unneeded, "outdone": outdone, "rivals": lines, "refused": refused}
     return {**verdict, "supported": not refused}, {key: () if key in refused else judged[key] for key in keys}
 
@@ -175,11 +172,6 @@ def _supported(
     apart = Predicted(copy(selection), prepared.library, prepared.checked.data)
     small = {member.name for member in keep_needed(apart).dropped}
     return tuple(key for key in keys if key in shown - small), tuple(key for key in keys if key in shown & small)
-
-
-def _worth_a_line(alternatives: Sequence[Alternative], beside: float) -> Sequence[Alternative]:
-    least = max(SETTINGS.gain, SETTINGS.mostly * beside)
-    return [other for other in alternatives if other.better or other.gain > least][:MOST_ALTERNATIVES]
 
 
 def _fitted(prepared: Prepared, keys: Sequence[str]) -> tuple[Selection, float]:

@@ -40,8 +40,8 @@ def verdict(parts: Parts, problems: Problems, *, finished: bool = True) -> Verdi
     that no effect explains what is left; nor can one that leaves out an effect which would, and of which too few pieces
     tell. A fault alone is the answer only where nothing is left once it is undone.
     Where predictions judge nothing, an effect is the answer if errors fall all the same or nothing else is missing.
-    Nor is it one where something is left and errors stay far from what noise and disturbances make, or most of the
-    misfit or of every judged error stays.
+    Nor is it one where something is left and errors that fall with the findings stay far from what noise and
+    disturbances make, or most of the misfit or of every judged error stays.
     What is left where no error is surely larger than noise alone makes it is no reason for another answer.
     Nothing is missing where no error is larger by a tenth without any of the findings, nor without all of them. What
     commands between the rows may have done is no effect, nor is a threshold that leaves something of its command.
@@ -53,7 +53,7 @@ def verdict(parts: Parts, problems: Problems, *, finished: bool = True) -> Verdi
     clear = any(not (finding.doubtful or of_another_form(finding, leftovers)) for finding in findings)
     removed = sum(finding.share for finding in findings)
     stays = removed < SETTINGS.mostly or (gate.best is not None and gate.best.part < SETTINGS.mostly)
-    far = stays or bool(beyond_times(parts.ladder, parts.floor, SETTINGS.far))
+    far = stays or any(name in gate.falling for _, name in beyond_times(parts.ladder, parts.floor, SETTINGS.far))
     established = clear and gate.passed and not (unexplained and (far or not borne_out))
     if problems.block_count < SETTINGS.fewest_pieces or not (finished or established):
         return "CANNOT_TELL"

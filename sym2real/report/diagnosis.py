@@ -15,6 +15,7 @@ from sym2real.effects.bound import NO_COLUMN
 from sym2real.effects.few_words import in_few_words
 from sym2real.effects.searching import SETTLED
 from sym2real.report.ladder import ladder_table
+from sym2real.report.leftover import measure, statement
 from sym2real.report.tables import number, table_of
 
 STYLE = {"EFFECT": "bold yellow", "NOTHING_MISSING": "bold green", "UNEXPLAINED": "bold red", "CANNOT_TELL": "bold"}
@@ -80,8 +81,8 @@ def leftover_lines(leftovers: Sequence[Leftover]) -> list[str]:
     lines = []
     for left in leftovers:
         seen_by = " on unseen logs" if left.unseen else ""
-        statement = f"{left.statement} ({left.measure}{seen_by}): {left.term}"
-        lines.append(f"[red]left over[/] {escape(statement)}")
+        words = f"{statement(left)} ({measure(left)}{seen_by}): {left.term}"
+        lines.append(f"[red]left over[/] {escape(words)}")
     return lines
 
 

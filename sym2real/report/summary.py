@@ -14,6 +14,7 @@ from sym2real.diagnosis.settings import SETTINGS
 from sym2real.diagnosis.unexplained.explaining import disturbed_most, judged_at
 from sym2real.diagnosis.unexplained.leftover import Leftover
 from sym2real.effects.few_words import in_few_words
+from sym2real.report.leftover import measure, statement
 
 
 def summary(answer: Verdict, parts: Parts, interrupted: str = "") -> str:
@@ -25,8 +26,8 @@ def summary(answer: Verdict, parts: Parts, interrupted: str = "") -> str:
         interrupted: what was, search or scoring, if anything.
     """
     findings, leftovers, gate = parts.findings, parts.leftovers, parts.gate
-    left = [f"{leftover.statement} ({leftover.measure})" for leftover in leftovers if leftover.matters]
-    rest = [f"{leftover.statement} is left ({leftover.measure})" for leftover in leftovers]
+    left = [f"{statement(leftover)} ({measure(leftover)})" for leftover in leftovers if leftover.matters]
+    rest = [f"{statement(leftover)} is left ({measure(leftover)})" for leftover in leftovers]
     minor = [words for words, leftover in zip(rest, leftovers, strict=True) if not leftover.matters]
     doubt = [_doubt(parts)] if left and findings else []
     clauses = ["the data show " + ", ".join(fault.name for fault in parts.faults)] if parts.faults else []
@@ -61,8 +62,10 @@ def _doubt(parts: Parts) -> str:
         return doubt
     errors, level = parts.ladder[-1].horizons[parts.ladder[-1].nearest(JUDGED_AT)], judged_at(parts.floor)
     times, name = max((errors[name].value / max(level.errors[name][0], 1e-12), name) for name in judged(errors))
-    far = times > SETTINGS.gap
-    return f"the {name} error stays {times:.1f} times what noise and disturbances make, and {doubt}" if far else doubt
+    stays = f"the {name} error stays {times:.1f} times what noise and disturbances make"
+    if times <= SETTINGS.gap:
+        return doubt
+    return f"{stays}, and {doubt}" if name in parts.gate.falling else stays
 
 
 def _nothing(parts: Parts) -> str:

@@ -11,6 +11,7 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis.errors.floor import Floor, floor_of_explained, no_higher_than_reached
 from sym2real.diagnosis.errors.rungs import Rung
 from sym2real.diagnosis.estimate.calibrate import Calibration, cleaned
+from sym2real.diagnosis.estimate.preparation import Prepared
 from sym2real.diagnosis.estimate.swing import Swing
 from sym2real.diagnosis.faults.units import factors
 from sym2real.diagnosis.predict.library import Library
@@ -219,13 +220,22 @@ class Scored:
 def score(result: SearchResult) -> Scored:
     """Errors of the base and of what was found, on logs that were kept aside or that each fit left out."""
     prepared, selection = result.prepared, result.selection
+    steps, horizons, stages, floor = laddered(prepared, selection)
+    gate = steps.gate(prepared.library, prepared.scored)
+    scored_findings = findings_of(result, Near.of(selection).with_elsewhere())
+    return Scored(result, steps, stages, gate, scored_findings, horizons, floor)
+
+
+def laddered(
+    prepared: Prepared, selection: Selection
+) -> tuple[LadderModels, tuple[float, ...], tuple[Rung, ...], tuple[Floor, ...]]:
+    """The models of a ladder, its horizons (s), their errors on held-out data, and those of a fully explained model."""
     library, logs, question = prepared.library, prepared.scored, prepared.question
     steps = LadderModels.of(library, selection, same=question.held_out is None)
     horizons = steps.horizons(logs, question.horizon)
-    stages, gate = steps.ladder(library, logs, horizons), steps.gate(library, logs)
+    stages = steps.ladder(library, logs, horizons)
     floor = floor_of_explained(library, logs, selection.fit.values, prepared.whitening, horizons)
-    scored_findings = findings_of(result, Near.of(selection))
-    return Scored(result, steps, stages, gate, scored_findings, horizons, no_higher_than_reached(floor, stages))
+    return steps, horizons, stages, no_higher_than_reached(floor, stages)
 
 
 def findings_of(result: SearchResult, near: Near | None = None) -> tuple[Finding, ...]:

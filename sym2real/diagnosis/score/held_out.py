@@ -79,6 +79,11 @@ class Gate:
         return not self.worse and any(fall.surely and fall.part >= SETTINGS.worth_saying for fall in self._falls())
 
     @property
+    def falling(self) -> set[str]:
+        """Channels of which an error falls beyond chance."""
+        return {fall.channel for fall in self._falls() if fall.surely and fall.part > 0}
+
+    @property
     def passed(self) -> bool:
         """Whether errors fall; also where nothing can be predicted, and where nothing was judged."""
         return self.fallen or self.best is None or not self.beats_hold

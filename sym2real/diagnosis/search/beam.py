@@ -205,24 +205,10 @@ class Beam:
         return all(effects.price < self.sets[names].price for names in effects.smaller if names in self.sets)
 
     def _best(self) -> EffectSet:
-        """The cheapest set that is beyond chance; of a search that has just begun with others, the cheapest.
-
-        A limit that acts nearly always does what a gain or a load does: a threshold stands only where it saves more
-        than an effect without one in its place, by more than the standard error.
-        """
+        """The cheapest set that is beyond chance; of a search that has just begun with others, the cheapest."""
         by_price = sorted(self.sets.values(), key=lambda effects: effects.price)
         holding = (effects for effects in by_price if self._worth_its_size(effects) and self.selection.holds(effects))
-        best = next(holding, by_price[0])
-        plainer = (
-            effects
-            for effects in by_price
-            if len(effects.names - best.names) == len(best.names - effects.names) == 1
-            and effects.thresholds < best.thresholds
-            and self._worth_its_size(effects)
-            and not self.selection.surely_cheaper(best, effects)
-            and self.selection.holds(effects)
-        )
-        return next(plainer, best)
+        return next(holding, by_price[0])
 
     def _look_around(self, effects: EffectSet) -> None:
         self.looked_around.add(effects.names)

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import islice
 
 import numpy as np
 import torch
@@ -25,6 +26,8 @@ from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects.catalogue import always_alike
 
 DRAWS = 2000
+# Sets further away that are looked at, the cheapest.
+FURTHER = 6
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +48,11 @@ class Place:
     outdone: bool
 
     @property
+    def sets(self) -> list[EffectSet]:
+        """Without the effect, and with another one in its place."""
+        return [self.empty, *self.alternatives]
+
+    @property
     def worth_it(self) -> list[EffectSet]:
         """Alternatives that cost less than none in the effect's place."""
         return [other for other in self.alternatives if other.price < self.empty.price]
@@ -59,12 +67,14 @@ class Near:
         places: of its effects.
         present: the chosen set, by its own starts.
         larger: it with one more effect that is beyond chance, whether that is worth its charge or not.
+        elsewhere: the cheapest of all sets further away, whose effects are beyond chance.
     """
 
     selection: Selection
     places: tuple[Place, ...]
     present: EffectSet
     larger: Sequence[EffectSet] = ()
+    elsewhere: Sequence[EffectSet] = ()
 
     @classmethod
     def of(cls, selection: Selection) -> Near:
@@ -76,6 +86,14 @@ class Near:
         beyond_chance = [larger for larger in beside if selection.significant(larger.fit, larger.candidate)]
         return cls(selection, places, present, by_price(selection, beyond_chance))
 
+    def with_elsewhere(self) -> Near:
+        """The same with sets of which two effects or more differ: play and a lag for a gain and a delay."""
+        selection, around = self.selection, [*self.larger, *(own for place in self.places for own in place.sets)]
+        here = {self.present.names, *(effects.names for effects in around)}
+        ordered = sorted(selection.known.values(), key=lambda effects: effects.price)
+        further = (effects for effects in ordered if effects.names not in here and selection.holds(effects))
+        return replace(self, elsewhere=by_price(selection, list(islice(further, FURTHER))))
+
     def probabilities(self, groups: Mapping[str, Collection[str]] | None = None) -> dict[str, float]:
         """By effect, the chosen set's weight among those with it, without it, or with another in its place.
 
@@ -84,15 +102,16 @@ class Near:
         return {place.candidate.name: self._weight(place, groups or {}) for place in self.places}
 
     def _weight(self, place: Place, groups: Mapping[str, Collection[str]]) -> float:
-        sets = [self.present, place.empty, *place.alternatives]
-        group, weights = groups.get(place.candidate.name, ()), self.weights(*(effects.held_out for effects in sets))
-        alike = [other.candidate.name in group for other in place.alternatives]
-        return float(weights[torch.tensor([True, False, *alike])].sum())
+        sets, name = [self.present, *place.sets, *self.elsewhere], place.candidate.name
+        others, weights = {*groups.get(name, ())}, self.weights(*(effects.held_out for effects in sets))
+        alike = [name in own.names or not others.isdisjoint(own.names - self.present.names) for own in sets]
+        return float(weights[torch.tensor(alike)].sum())
 
     def sets_with(self, candidate: Candidate) -> tuple[list[EffectSet], Tensor]:
         """Those that have an effect and differ elsewhere, the chosen one first, and their weights among them."""
         others = [place for place in self.places if place.candidate is not candidate]
-        sets = [self.present, *self.larger, *(own for place in others for own in (place.empty, *place.alternatives))]
+        sets = [self.present, *self.larger, *(own for place in others for own in place.sets)]
+        sets += [effects for effects in self.elsewhere if candidate in effects.chosen]
         return sets, self.weights(*(effects.held_out for effects in sets))
 
     def shifts(self, candidate: Candidate) -> tuple[Tensor, Tensor]:
@@ -139,20 +158,24 @@ def by_price(selection: Selection, sets: Sequence[EffectSet]) -> list[EffectSet]
 
 
 def groups_of(near: Near) -> dict[str, tuple[str, ...]]:
-    """Per chosen effect, the alternatives that explain the data as well, and those that always do."""
-    selection, library = near.selection, near.selection.problems.problem.library
-    equations, chosen = library.equations, {candidate.name for candidate in selection.chosen}
+    """Per chosen effect, the alternatives that explain the data as well, and those that always do.
+
+    In sets that differ in several effects, what may take an effect's place alone takes it there; the rest is in the
+    places of those of which that is not known.
+    """
+    library, chosen = near.selection.problems.problem.library, near.present.names
+    alone = {place.candidate.name: {other.candidate.name for other in place.alternatives} for place in near.places}
     groups = {}
     for place in near.places:
-        candidate = place.candidate
-        members = [*candidate.alike, *always_alike(candidate.name, equations)]
-        for scored in place.alternatives:
-            name = scored.candidate.name
-            if name not in chosen and as_good(near, place.empty.held_out, scored.held_out):
-                members += [name, *always_alike(name, equations)]
+        own, members = place.candidate.name, list(place.candidate.alike)
+        for other in (other for other in (*place.alternatives, *near.elsewhere) if own not in other.names):
+            joined, gone = other.names - chosen, chosen - other.names
+            if as_good(near, place.empty.held_out, other.held_out):
+                members += sorted(alone[own] & joined or joined.difference(*(alone[name] for name in gone)))
+        members = [key for name in (own, *members) for key in (name, *always_alike(name, library.equations))]
         # What the equations name themselves is what a user can look up.
         members.sort(key=lambda name: name not in library.effects or library.effects[name].given is None)
-        groups[candidate.name] = tuple(dict.fromkeys(member for member in members if member != candidate.name))
+        groups[own] = tuple(dict.fromkeys(member for member in members if member != own))
     return groups
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+import torch
 from torch import Tensor
 
 from sym2real.diagnosis.estimate.fit import Problems
@@ -35,6 +36,7 @@ class Selection:
         tested: number of hypotheses that had a chance.
         present: what is in, in order, with its fit.
         order: what is in by importance, once somebody has asked.
+        known: every set that was fitted, by its best fit.
     """
 
     problems: Problems
@@ -43,6 +45,7 @@ class Selection:
     tested: int = 0
     present: EffectSet = field(init=False)
     order: list[tuple[Candidate, Fit]] | None = None
+    known: dict[frozenset[str], EffectSet] = field(default_factory=dict)
     _larger: dict[frozenset[str], list[EffectSet]] = field(default_factory=dict)
     _screenings: dict[EffectSet, Screening] = field(default_factory=dict)
     _significant: dict[tuple[Fit, str], bool] = field(default_factory=dict)
@@ -55,7 +58,9 @@ class Selection:
     def set_of(self, chosen: Sequence[Candidate], fit: Fit) -> EffectSet:
         """Effects, their joint fit, and its loss on what is left out."""
         held_out = self.problems.held_out(fit)
-        return EffectSet(tuple(chosen), fit, held_out, self.price(float(held_out.sum()), len(chosen)))
+        made = EffectSet(tuple(chosen), fit, held_out, self.price(float(held_out.sum()), len(chosen)))
+        self.known[made.names] = min(self.known.get(made.names, made), made, key=lambda known: known.fit.total)
+        return made
 
     def price(self, loss: float, count: int) -> float:
         """What a set of effects costs: its held-out loss, dearer by what each of its effects must take off it.
@@ -129,13 +134,14 @@ class Selection:
     def complexity(self, effects: EffectSet) -> tuple[int, int]:
         """Number of effects that do nothing on one side of a threshold; of parameters that differ from none.
 
-        Few blocks do not tell which do.
+        Few blocks do not tell which do, and a share that goes with another parameter is no number of its own.
         """
-        fit, slots = effects.fit, list(effects.fit.free)
-        away = ((fit.values - self.origin) / self.problems.library.scale)[slots].abs()
-        there = away > half_widths(self.problems, fit)[: len(slots)]
+        fit, slots, library = effects.fit, list(effects.fit.free), self.problems.library
+        away = ((fit.values - self.origin) / library.scale)[slots].abs()
+        there = (away > half_widths(self.problems, fit)[: len(slots)]) & self.problems.identifiable(fit)[: len(slots)]
+        own = torch.tensor([library.slots[slot].parameter.acts_alone for slot in slots], dtype=torch.bool)
         enough = self.problems.block_count >= SETTINGS.fewest_pieces
-        return effects.thresholds, enough * int((there & self.problems.identifiable(fit)[: len(slots)]).sum())
+        return effects.thresholds, enough * int((there & own).sum())
 
     def open(self, chosen: Sequence[Candidate], others: Sequence[Candidate]) -> list[Candidate]:
         """Those of the candidates that share no parameter with what is chosen."""

@@ -20,11 +20,9 @@ from sym2real.diagnosis.estimate.whitening import PIECES, Whitened
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.diagnosis.unexplained.features import features_of, part_of_disturbance, within
-from sym2real.effects import EFFECTS
 from sym2real.effects.kind import with_unit
 from sym2real.symbolic.mass_normalised import unit_for
 from sym2real.trajectory import Array
-from sym2real.vocabulary import is_push
 
 TREES, LEAF, FOLDS = 20, 8, 4
 # Whitened squares per degree of freedom of an answer that leaves something out: null data leave 1.07 at most.
@@ -65,28 +63,6 @@ class Leftover:
     def matters(self) -> bool:
         """Whether predictions need it."""
         return self.motion is None or self.motion >= SETTINGS.negligible
-
-    @property
-    def statement(self) -> str:
-        """What is left, for a sentence."""
-        if self.explained_by == MISFIT:
-            of = f" of {self.channel}" if self.channel else ""
-            beside = "noise alone" if self.channel else "noise and disturbances"
-            return f"an error{of} {(1 - self.r2) ** -0.5:.2f} times that of {beside}"
-        what, by = ("disturbance along", "of") if is_push(self.channel) else ("change of", "by")
-        if self.size is not None:
-            return f"a constant {what} {self.channel} {by} {with_unit(self.size, self.unit)}"
-        how = "differs from log to log" if self.explained_by == LOG else f"depends on {self.explained_by}"
-        return f"a {what} {self.channel} that {how}"
-
-    @property
-    def measure(self) -> str:
-        """How much of what is left that is, in words."""
-        much = f"R² {self.r2:.2f}" if self.unseen else f"{100 * self.r2:.0f} % of the squares"
-        if self.unseen and self.channel.partition(":")[0] in EFFECTS:
-            much = f"confirmed to {100 * self.r2:.0f} %"  # what is left of an effect varies with nothing else
-        small = f", and {100 * (self.motion or 0.0):.1g} % of the motion: too small to matter"
-        return much if self.matters else much + small
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,10 @@
-"""A task with MPPI and a model on a robot: check, go to the start, fly or drive, stop; then compare with the model."""
+"""A task with MPPI and a model on a robot: check, go to the start, fly or drive, stop; then compare with the model.
+
+For example:
+  python -m hardware.run crazyflie runs/base hover --sim --out runs/hover_1
+  python -m hardware.run crazyflie runs/base circle --thrust-map 2026.04 --out runs/circle_1
+  python -m hardware.run mushr runs/base park --master http://192.168.1.3:11311 --out runs/park_1
+"""
 
 from __future__ import annotations
 

@@ -86,7 +86,7 @@ class PlanFlight(OfLogs):
 
     def _simulated(self, robot: Robot) -> tuple[Dataset, AssumedNoise | None]:
         """Runs of a robot, and the noise that they lack."""
-        from sym2real.cli.typed_values import with_values
+        from sym2real.cli.chosen import with_values
         from sym2real.experiments.planned import manoeuvre, planned_moves, planned_runs, usual_noise
         from sym2real.tasks.task import follows_paths
 

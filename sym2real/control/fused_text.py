@@ -128,18 +128,12 @@ def _hidden(equations: Equations) -> list[str]:
     """Hidden states that begin: before the first step, from the first action that reaches the robot."""
     if not equations.start:
         return []
-    program = function_program_of_start(equations)
+    values = [spelled_out(equations, expression) for expression in equations.start.values()]
+    program = function_program(values, list(equations.layouts.columns))
     lines = CLines(program, SINGLE)
     inner = lines.lines(set(program.computed))
     inner += [f"x_{c} = {lines.vector(value)};" for c, value in zip(equations.start, program.outputs, strict=True)]
     return ["if (h == 0 && !p->hidden) {", *(f"    {line}" for line in inner), "}"]
-
-
-def function_program_of_start(equations: Equations) -> Program:
-    """First values of the hidden states over columns, parameters at their values."""
-    layouts = equations.layouts
-    names = list(layouts.columns)
-    return function_program([spelled_out(equations, expression) for expression in equations.start.values()], names)
 
 
 def _following(equations: Equations, lines: CLines) -> list[str]:

@@ -42,9 +42,9 @@ PLANNED = 2.0  # s of a dry run
 class Run(Generic[Kind]):
     """Fly or drive a task with MPPI and a model: check, go to the start, task, stop; then compare with the model.
 
-    Ctrl-C lands or brakes, a second one stops the motors at once. The folder holds the record of the run, that is
-    flight.parquet or drive.parquet and a .yaml beside it, and the part that MPPI flew or drove, TASK.csv, which
-    sym2real's compare and diagnose take.
+    Ctrl-C lands or brakes, a second one stops the motors at once; a car drives while its button for autonomy is held.
+    The folder holds the record of the run, that is flight.parquet or drive.parquet and a .yaml beside it, and the part
+    that MPPI flew or drove, TASK.csv, which sym2real's compare and diagnose take.
     """
 
     model: ModelPlace

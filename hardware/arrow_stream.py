@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import pyarrow as pa
+import pyarrow.parquet as pq
 
 from sym2real.errors import DataError, reason
 from sym2real.logs import arrow_file, parquet_file
@@ -49,4 +50,4 @@ class ArrowStream:
 
 def to_parquet(stream: Path, target: Path) -> None:
     """Write a stream's whole batches as a Parquet file."""
-    parquet_file.write_table(arrow_file.whole_batches(stream), target)
+    pq.write_table(arrow_file.whole_batches(stream), target)

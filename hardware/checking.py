@@ -1,4 +1,10 @@
-"""A check from the command line: connect, measure for some seconds, say what holds. Nothing moves."""
+"""Connect to a robot and its motion capture, and measure for some seconds what a run needs. Nothing moves.
+
+For example:
+  python -m hardware.checking crazyflie --sim
+  python -m hardware.checking crazyflie --thrust-map 2026.04 --capture vicon --settings hostname=192.168.1.2
+  python -m hardware.checking mushr --master http://192.168.1.3:11311 --poses /vicon/car/car --kind TransformStamped
+"""
 
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -8,7 +14,8 @@ import tyro
 from rich.console import Console
 
 from hardware.checks import connected
-from hardware.robots import Kind
+from hardware.command_line import main
+from hardware.robots import Kind, of_every_robot
 from sym2real.cli.numbers import Seconds
 
 
@@ -32,3 +39,7 @@ class Checking(Generic[Kind]):
         ready = all(check.holds for check in found)
         console.print("ready" if ready else "not ready")
         return {"ready": ready, "checks": [asdict(check) for check in found]}
+
+
+if __name__ == "__main__":
+    main(of_every_robot(Checking), "python -m hardware.checking", __doc__)

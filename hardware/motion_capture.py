@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from hardware.clock import Clock
 from hardware.errors import LinkError
 from hardware.frame import Frame
 from hardware.seen import FIRST_POSE, SeenBody
@@ -27,7 +26,6 @@ class LaboratoryCapture(SeenBody):
         body: name of the rigid body there.
         settings: of the library for that kind, such as {"hostname": "192.168.1.2"}.
         frame: of the system in the world.
-        clock: the computer's by default.
     """
 
     def __init__(
@@ -36,9 +34,8 @@ class LaboratoryCapture(SeenBody):
         body: str,
         settings: Mapping[str, str],
         frame: Frame | None = None,
-        clock: Clock | None = None,
     ) -> None:
-        super().__init__(frame, clock)
+        super().__init__(frame)
         self.kind, self.body, self.settings = kind, body, dict(settings)
         self._bodies: tuple[str, ...] = ()
         self._closing = threading.Event()

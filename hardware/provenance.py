@@ -25,9 +25,9 @@ def about_run(task: str, model: str, link: RobotLink, settings: Mapping[str, Any
     return known | {**link.about, **settings}
 
 
-def hash_of(path: Path) -> str:
-    """SHA-256 of a file, or of the names and contents of a folder's files (those of earlier rounds are left out)."""
-    files = [path] if path.is_file() else sorted(file for file in path.iterdir() if file.is_file())
+def hash_of(folder: Path) -> str:
+    """SHA-256 of the names and contents of a folder's files (those of earlier rounds are left out)."""
+    files = sorted(file for file in folder.iterdir() if file.is_file())
     together = hashlib.sha256()
     for file in files:
         together.update(file.name.encode() + b"\0" + hashlib.sha256(file.read_bytes()).digest())

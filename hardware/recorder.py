@@ -4,6 +4,7 @@
 process loses less than a tenth of a second. Beside it ``flight.yaml`` says what was flown.
 """
 
+import json
 import math
 import queue
 import threading
@@ -20,7 +21,6 @@ from hardware import arrow_stream
 from hardware.row import Row
 from sym2real.errors import DataError, MissingDependencyError, reason
 from sym2real.files import make_folder, write_text
-from sym2real.logs.grouping import layouts_to_json
 from sym2real.logs.table import read_table
 from sym2real.robots import Robot
 from sym2real.trajectory import Trajectory
@@ -121,7 +121,7 @@ class Recorder:
                 waiting.append(self._rows.get())
 
     def _file(self, cells: Cells) -> arrow_stream.ArrowStream:
-        metadata = {"layouts": layouts_to_json(self._robot.layouts), "name": self.path.stem, "notes": "[]"}
+        metadata = {"layouts": json.dumps(self._robot.layouts.to_dict()), "name": self.path.stem, "notes": "[]"}
         return arrow_stream.ArrowStream(self.growing, {name: name in TEXTS for name in cells}, metadata)
 
     def _cells(self, row: Row) -> Cells:

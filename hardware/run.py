@@ -1,4 +1,10 @@
-"""A task with MPPI and a model on a robot: check, go to the start, fly or drive, stop; then compare with the model."""
+"""A task with MPPI and a model on a robot: check, go to the start, fly or drive, stop; then compare with the model.
+
+For example:
+  python -m hardware.run crazyflie runs/base hover --sim --out runs/hover_1
+  python -m hardware.run crazyflie runs/base circle --thrust-map 2026.04 --out runs/circle_1
+  python -m hardware.run mushr runs/base park --master http://192.168.1.3:11311 --out runs/park_1
+"""
 
 from __future__ import annotations
 
@@ -36,9 +42,9 @@ PLANNED = 2.0  # s of a dry run
 class Run(Generic[Kind]):
     """Fly or drive a task with MPPI and a model: check, go to the start, task, stop; then compare with the model.
 
-    Ctrl-C lands or brakes, a second one stops the motors at once. The folder holds the record of the run, that is
-    flight.parquet or drive.parquet and a .yaml beside it, and the part that MPPI flew or drove, TASK.csv, which
-    sym2real's compare and diagnose take.
+    Ctrl-C lands or brakes, a second one stops the motors at once; a car drives while its button for autonomy is held.
+    The folder holds the record of the run, that is flight.parquet or drive.parquet and a .yaml beside it, and the part
+    that MPPI flew or drove, TASK.csv, which sym2real's compare and diagnose take.
     """
 
     model: ModelPlace

@@ -5,7 +5,7 @@ from abc import abstractmethod
 
 import numpy as np
 
-from hardware.clock import Clock, SystemClock
+from hardware.clock import SystemClock
 from hardware.closing import Closing
 from hardware.frame import Frame
 from hardware.interfaces import Pose
@@ -22,11 +22,10 @@ class SeenBody(Closing):
 
     Args:
         frame: of the system in the world.
-        clock: the computer's by default.
     """
 
-    def __init__(self, frame: Frame | None = None, clock: Clock | None = None) -> None:
-        self._frame, self.clock = frame or Frame(), clock or SystemClock()
+    def __init__(self, frame: Frame | None = None) -> None:
+        self._frame, self.clock = frame or Frame(), SystemClock()
         self._poses: tuple[Pose, ...] = ()
         self._velocity = Velocity()
         self._first = threading.Event()

@@ -11,12 +11,11 @@ import pytest
 from cli_results import Refused
 
 from sym2real.cli import VERBS
-from sym2real.cli.places import LOG_ENDINGS, WRITTEN, kept_apart, places_read
+from sym2real.cli.places import WRITTEN, kept_apart, places_read
 from sym2real.cli.results import remove_earlier
 from sym2real.data import example_flight
 from sym2real.errors import Sym2RealError
 from sym2real.files import reading, whole, write_text
-from sym2real.logs.table import IN_FOLDERS
 from sym2real.robots import CRAZYFLIE
 from sym2real.symbolic import save_model
 
@@ -192,8 +191,3 @@ def test_a_new_model_takes_no_folder_that_holds_something(verb: str, refused: Re
         refused(f"{verb} --out {place}")
     assert (tmp_path / "other" / "equations.json").read_bytes() == before
     assert [path.name for path in tmp_path.iterdir()] == ["other"]
-
-
-def test_the_endings_of_logs_are_those_that_a_folder_is_searched_for() -> None:
-    """Said twice, because the options must not wait for the readers' libraries."""
-    assert set(LOG_ENDINGS) == set(IN_FOLDERS)

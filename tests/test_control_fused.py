@@ -200,14 +200,13 @@ def test_seed_and_reset_repeat_actions() -> None:
 def test_rollouts_that_are_not_finite_have_no_weight_and_are_counted() -> None:
     """Above 1 m/s the square root of a negative number; all other rollouts decide."""
     base = MUSHR.nominal()
-    robot = MUSHR
     broken = {**base.next, "x": base.next["x"] + 1e-9 * (1 - symbol("speed")) ** 0.5}
-    fused = controller(robot, replace(base, next=broken), "c")
+    fused = controller(MUSHR, replace(base, next=broken), "c")
     fused.act(MUSHR.start, 0)
     bad = (fused.plan.actions[..., 1] > 1.0).any(-1)
     assert fused.rejected == fused.plan.rejected == int(bad.sum()) > 5
     assert (fused.plan.weights[bad] == 0).all()
-    clean = controller(robot, base, "torch")
+    clean = controller(MUSHR, base, "torch")
     clean.improve(MUSHR.start, 0, fused._fused.noise(0, 1)[~bad])
     torch.testing.assert_close(fused.mean, clean.mean, atol=2e-5, rtol=0)
 

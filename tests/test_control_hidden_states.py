@@ -11,7 +11,7 @@ import torch
 from reference_models import motor_lagged
 
 from sym2real.control import MPPI, mppi_controller
-from sym2real.control.hidden_states import HiddenStates
+from sym2real.control.gone_by import HiddenStates
 from sym2real.control.plan import shift
 from sym2real.diagnosis import add
 from sym2real.effects.filters import FilterState, with_hidden_start

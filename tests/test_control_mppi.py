@@ -15,7 +15,7 @@ from torch import Tensor
 from sym2real.control import MPPI
 from sym2real.control.mppi import shift
 from sym2real.control.noise import deviations, sample, smoothing
-from sym2real.control.weights import importance_weights
+from sym2real.control.plan import importance_weights
 from sym2real.errors import ShapeError
 from sym2real.layout import Layout, Layouts
 from sym2real.robots import CRAZYFLIE, MUSHR, Limits, MPPISettings, Robot

@@ -10,16 +10,14 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-import torch
 from noisy_flights import flights_with_all
+from weighed_problems import weighed_problems
 
 from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.quadratic import Hypothesis
 from sym2real.diagnosis.estimate.significance import standard_error
-from sym2real.diagnosis.estimate.whitening import Spread
 from sym2real.diagnosis.predict.candidate import Candidate, candidates
 from sym2real.diagnosis.predict.library import Library
-from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.search import beam as beam_module
 from sym2real.diagnosis.search.beam import Beam
 from sym2real.diagnosis.search.needed import Predicted
@@ -38,10 +36,7 @@ def problems() -> tuple[Problems, tuple[Candidate, ...]]:
     """Flights with a mass more and in wind, and what competes to explain them."""
     base, data = CRAZYFLIE.nominal(), flights_with_all(HIDDEN)
     library = Library.of(base, [effect(key, base) for key in KEYS])
-    problem = Problem(library, data)
-    spread = Spread.of(problem, library.null)
-    variances = torch.as_tensor(problem.segments.noise).square(), torch.ones(len(spread.names), dtype=torch.float64)
-    return Problems.of(problem, spread.whitening(*variances)), candidates(library, data)
+    return weighed_problems(library, data), candidates(library, data)
 
 
 def selection_of(tried: Sequence[Candidate]) -> Selection:

@@ -7,8 +7,8 @@ from functools import cache
 
 import numpy as np
 import pytest
-import torch
 from noisy_flights import LEFT_OUT, flights_with
+from weighed_problems import weighed_problems
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import Fall, Finding, Gate, diagnose
@@ -16,11 +16,9 @@ from sym2real.diagnosis.conclusion import Parts, verdict
 from sym2real.diagnosis.errors.floor import Floor
 from sym2real.diagnosis.errors.rungs import Rung, RungError, ladder, windows_of
 from sym2real.diagnosis.estimate.fit import Problems
-from sym2real.diagnosis.estimate.whitening import Spread
 from sym2real.diagnosis.faults.fault import Fault
 from sym2real.diagnosis.predict.candidate import candidates
 from sym2real.diagnosis.predict.library import Library
-from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.search.beam import Beam
 from sym2real.diagnosis.search.intervals import about
 from sym2real.diagnosis.search.near import Near, groups_of
@@ -47,10 +45,7 @@ def stage(name: str, position: float, attitude: float) -> Rung:
 def problems_of(steps: int) -> Problems:
     """One healthy flight of so many rows."""
     library = Library.of(CRAZYFLIE.nominal(), [])
-    problem = Problem(library, flights_with("", {}, count=1, steps=steps))
-    spread = Spread.of(problem, library.null)
-    variances = torch.as_tensor(problem.segments.noise).square(), torch.ones(len(spread.names), dtype=torch.float64)
-    return Problems.of(problem, spread.whitening(*variances))
+    return weighed_problems(library, flights_with("", {}, count=1, steps=steps))
 
 
 @pytest.mark.parametrize(
@@ -365,11 +360,8 @@ def test_asking_for_alternatives_changes_no_answer() -> None:
     """A better alternative was put in behind the ladder's back, which then named another effect than the findings."""
     base, data = CRAZYFLIE.nominal(), flights_with("wind", {"fx": 0.02, "fy": -0.01})
     library = Library.of(base, [effect(key, base) for key in ("wind", "linear_drag")])
-    problem = Problem(library, data)
-    spread = Spread.of(problem, library.null)
-    variances = torch.as_tensor(problem.segments.noise).square(), torch.ones(len(spread.names), dtype=torch.float64)
     tried = candidates(library, data)
-    selection = Selection(Problems.of(problem, spread.whitening(*variances)), tried, library.null)
+    selection = Selection(weighed_problems(library, data), tried, library.null)
     (wrong,) = (one for one in tried if one.name == "linear_drag")
     (scored,) = selection.ranked(selection.present, [wrong])
     selection.put([wrong], scored.fit)

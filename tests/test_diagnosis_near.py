@@ -8,6 +8,7 @@ from dataclasses import replace
 import pytest
 import torch
 from noisy_flights import flights_with, flights_with_all
+from weighed_problems import weighed_problems
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.estimate.fit import Problems, nuisance_of
@@ -33,10 +34,8 @@ def chosen(keys: tuple[str, ...], *names: str, flights: Dataset | None = None) -
     """Some of the effects put into a selection for flights, four in wind by default, whatever they gain."""
     base, data = CRAZYFLIE.nominal(), flights_with("wind", WIND) if flights is None else flights
     library = Library.of(base, [effect(key, base) for key in keys])
-    problem, tried = Problem(library, data), candidates(library, data)
-    spread = Spread.of(problem, library.null)
-    variances = torch.as_tensor(problem.segments.noise).square(), torch.ones(len(spread.names), dtype=torch.float64)
-    selection = Selection(Problems.of(problem, spread.whitening(*variances)), tried, library.null)
+    tried = candidates(library, data)
+    selection = Selection(weighed_problems(library, data), tried, library.null)
     for name in names:
         (one,) = (other for other in tried if other.name == name)
         (scored,) = selection.ranked(selection.present, [one])

@@ -8,14 +8,12 @@ import numpy as np
 import pytest
 import torch
 from noisy_flights import flights_with_all
+from weighed_problems import weighed_problems
 
-from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.quadratic import Hypothesis
 from sym2real.diagnosis.estimate.significance import Distance
-from sym2real.diagnosis.estimate.whitening import Spread
 from sym2real.diagnosis.predict.candidate import candidates
 from sym2real.diagnosis.predict.library import Library
-from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.effects import effect
 from sym2real.robots import CRAZYFLIE
 
@@ -77,10 +75,7 @@ def test_the_part_of_an_effect_that_is_there_is_as_sure_as_its_parameter(by: str
     """A mass beside a wind, by its value, and by the line between both predictions, as if it had no null."""
     base, data = CRAZYFLIE.nominal(), flights_with_all({"added_mass": {"value": 1e-4}}, count=8)
     library = Library.of(base, [effect(key, base) for key in ("added_mass", "wind")])
-    problem = Problem(library, data)
-    spread = Spread.of(problem, library.null)
-    variances = torch.as_tensor(problem.segments.noise).square(), torch.ones(len(spread.names), dtype=torch.float64)
-    problems, (mass, wind) = Problems.of(problem, spread.whitening(*variances)), candidates(library, data)
+    problems, (mass, wind) = weighed_problems(library, data), candidates(library, data)
     (fit,) = problems.fit([Hypothesis((*mass.free, *wind.free), library.null)])
     clusters = problems.blocks if by == "blocks" else problems.logs
     by_value, by_part = (

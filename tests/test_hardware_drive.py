@@ -20,7 +20,6 @@ from hardware.fakes.master import FakeMaster
 from hardware.fakes.mushr import POSES, Car, FakeMushr, Truth
 from hardware.interfaces import Reading, Verdict
 from hardware.mushr import DriveLimits, DrivePilot, MushrLink
-from hardware.mushr.checks import checks
 from hardware.mushr.laboratory import MushrLaboratory
 from hardware.mushr.link import UNHEARD
 from hardware.ros1 import MessageType, Node
@@ -90,10 +89,10 @@ def test_a_dry_run_sends_nothing(model: str, tmp_path: Path, fake: FakeMushr) ->
 
 def test_the_car_is_checked_and_nothing_moves(fake: FakeMushr, capsys: pytest.CaptureFixture[str]) -> None:
     options = ["--seconds", "0.5", "--json", "-", "--master", fake._node.master, "--limits.pose-age", "60"]
-    run_verb(Checking[MushrLaboratory], "check_car", None, options)
+    run_verb(Checking[MushrLaboratory], "check", None, options)
     assert json.loads(capsys.readouterr().out)["ready"]
     assert not fake.car._inputs
-    run_verb(Checking[MushrLaboratory], "check_car", None, [*options, "--commands", "/elsewhere"])
+    run_verb(Checking[MushrLaboratory], "check", None, [*options, "--commands", "/elsewhere"])
     failed = [check for check in json.loads(capsys.readouterr().out)["checks"] if not check["holds"]]
     assert [check["measured"] for check in failed] == ["nobody listens"]
 
@@ -102,8 +101,8 @@ def started(model: str, out: Path, fake: FakeMushr) -> subprocess.Popen[bytes]:
     """The launch script as a process of its own, which drives the fake; this returns once the car is under way."""
     limits = ["--limits.pose-age", "60", "--limits.late", "60", "--limits.overruns", "10000"]
     limits += ["--limits.low", "-9", "-9", "--limits.high", "9", "9"]
-    command = [sys.executable, "-m", "hardware.drive_mushr", model, "circle", "--out", str(out), "--seconds", "300"]
-    command += ["--samples", "64", "--master", fake._node.master, *limits]
+    command = [sys.executable, "-m", "hardware.run", "mushr", model, "circle", "--out", str(out)]
+    command += ["--seconds", "300", "--samples", "64", "--master", fake._node.master, *limits]
     script = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.DEVNULL)
     # Beyond the approach's half a metre per second, so that it is the task.
     wait_for(lambda: fake.car.driven[1] > 0.6 or script.poll() is not None)
@@ -200,7 +199,7 @@ def standing(**changed: object) -> list[Reading]:
 
 
 def test_checks_hold_on_a_car_that_stands_ready() -> None:
-    assert all(check.holds for check in checks(standing(), DriveLimits()))
+    assert all(check.holds for check in MushrLaboratory().checks(standing()))
 
 
 @pytest.mark.parametrize(
@@ -213,7 +212,7 @@ def test_checks_hold_on_a_car_that_stands_ready() -> None:
     ],
 )
 def test_what_forbids_a_drive_is_named(changed: dict[str, object], name: str) -> None:
-    failed = [check for check in checks(standing(**changed), DriveLimits()) if not check.holds]
+    failed = [check for check in MushrLaboratory().checks(standing(**changed)) if not check.holds]
     assert name in [check.name for check in failed]
     assert all(check.advice for check in failed)
 

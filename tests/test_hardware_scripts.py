@@ -11,7 +11,6 @@ from rich.console import Console
 
 from hardware.checking import Checking
 from hardware.command_line import main as run_verb
-from hardware.crazyflie.checks import checks
 from hardware.crazyflie.laboratory import CrazyflieLaboratory
 from hardware.crazyflie.thrust_map import THRUST_MAPS
 from hardware.interfaces import Reading
@@ -66,7 +65,7 @@ def test_a_dry_run_sends_nothing(model: str, tmp_path: Path) -> None:
 
 def test_the_link_is_checked_and_nothing_moves(capsys: pytest.CaptureFixture[str]) -> None:
     options = "--sim --dry-run --seconds 1 --json - --limits.pose-age 60"
-    run_verb(Checking[CrazyflieLaboratory], "check_link", None, options.split())
+    run_verb(Checking[CrazyflieLaboratory], "check", None, options.split())
     told = json.loads(capsys.readouterr().out)
     held = {check["name"]: check["holds"] for check in told["checks"]}
     assert held["battery"] and held["tilt"] and held["position"] and held["motion capture"]
@@ -94,7 +93,7 @@ def test_a_robot_that_does_not_answer_is_one_error(capsys: pytest.CaptureFixture
     options = "--thrust-map paper --uri udp://127.0.0.1:1 --capture mock"
     options += " --settings rigid_bodies=cf1(0,0,0,1,0,0,0) frequency=100"
     with pytest.raises(SystemExit) as ended:
-        run_verb(Checking[CrazyflieLaboratory], "check_link", None, options.split())
+        run_verb(Checking[CrazyflieLaboratory], "check", None, options.split())
     assert ended.value.code == 2
     assert "udp://127.0.0.1:1" in capsys.readouterr().err
 
@@ -123,7 +122,7 @@ def ground(**changed: object) -> list[Reading]:
 
 
 def test_checks_hold_on_a_robot_that_stands_ready() -> None:
-    assert all(check.holds for check in checks(ground(), Limits()))
+    assert all(check.holds for check in CrazyflieLaboratory().checks(ground()))
 
 
 @pytest.mark.parametrize(
@@ -139,7 +138,7 @@ def test_checks_hold_on_a_robot_that_stands_ready() -> None:
     ],
 )
 def test_what_forbids_a_take_off_is_named(changed: dict[str, object], name: str) -> None:
-    failed = [check for check in checks(ground(**changed), Limits()) if not check.holds]
+    failed = [check for check in CrazyflieLaboratory().checks(ground(**changed)) if not check.holds]
     assert name in [check.name for check in failed]
     assert all(check.advice for check in failed)
 

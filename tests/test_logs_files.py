@@ -1,6 +1,7 @@
 """Files of logs: nothing is lost on the way out and in, and a bad file gives one error that says where."""
 
 import dataclasses
+import json
 from collections.abc import Callable
 from pathlib import Path
 
@@ -15,7 +16,6 @@ from hypothesis.extra.numpy import arrays
 from sym2real.errors import DataError, ShapeError
 from sym2real.layout import Layout, Layouts
 from sym2real.logs import LogSpec, inspect_logs, read_log, read_logs, write_log
-from sym2real.logs.grouping import layouts_from_json, layouts_to_json
 from sym2real.logs.missing import specification
 from sym2real.logs.table import LARGEST
 from sym2real.trajectory import Trajectory
@@ -92,7 +92,7 @@ def test_csv_lands_in_the_groups_of_a_model(tmp_path_factory: pytest.TempPathFac
 def test_layouts_survive_json() -> None:
     hidden = dataclasses.replace(VOCABULARY[0][1], hidden=True)
     layouts = Layouts(Layout((hidden, *CAR.state.fields[2:])), CAR.action, PUSHED.inputs)
-    assert layouts_from_json(layouts_to_json(layouts)) == layouts
+    assert Layouts.from_dict(json.loads(json.dumps(layouts.to_dict()))) == layouts
 
 
 def small(rows: int = 5) -> Trajectory:

@@ -276,12 +276,6 @@ def test_functions_broadcast_and_constants_fill_the_batch() -> None:
     torch.testing.assert_close(found[..., 1], a[..., 0] * pq[..., 0] + pq[..., 1])
 
 
-@pytest.mark.parametrize("expression", [sympy.gamma(symbol("a")), sympy.Symbol("a", real=True) + sympy.besselj(1, 2.0)])
-def test_unsupported_functions_are_refused_by_name(expression: sympy.Expr) -> None:
-    with pytest.raises(ModelError, match=r"gamma|besselj"):
-        compile_function([expression], [NAMES])
-
-
 def test_unknown_names_and_bad_shapes_are_refused() -> None:
     with pytest.raises(UnknownNameError, match="did you mean 'thrust'"):
         Equations.parse(LAYOUTS, {**dict.fromkeys(LAYOUTS.state, "0"), "x": "thurst"}, 0.02)

@@ -18,11 +18,11 @@ SHORT = "--short" in sys.argv
 robot = ROBOTS["crazyflie"]
 save_model(robot.nominal(), "model")
 
-# `check_link --sim` asks first whether everything is there that a flight needs. Without `--sim` both commands talk to
-# the robot, and the flight asks for `--thrust-map`, its firmware's.
+# `hardware.checking crazyflie --sim` asks first whether everything is there that a flight needs. Without `--sim` both
+# commands talk to the robot, and the flight asks for `--thrust-map`, its firmware's.
 
 seconds = "3" if SHORT else "10"
-command = ["-m", "hardware.fly_crazyflie", "model", "hover", "--sim", "--seconds", seconds, "--samples", "64"]
+command = ["-m", "hardware.run", "crazyflie", "model", "hover", "--sim", "--seconds", seconds, "--samples", "64"]
 # A busy machine may be late; a real flight keeps the limits as they are.
 patient = ["--limits.late", "9", "--limits.pose-age", "9", "--limits.attitude-age", "9", "--limits.overruns", "10000"]
 subprocess.run([sys.executable, *command, *patient, "--out", "flight"], check=True)

@@ -17,7 +17,7 @@ SHORT = "--short" in sys.argv
 
 robot = ROBOTS["mushr"]
 save_model(robot.nominal(), "model")
-command = ["-m", "hardware.drive_mushr", "model", "circle", "--sim", "--samples", "64"]
+command = ["-m", "hardware.run", "mushr", "model", "circle", "--sim", "--samples", "64"]
 seconds = ["--seconds", "3" if SHORT else "10"]
 # A busy machine may be late; a real drive keeps the limits as they are.
 patient = ["--limits.late", "9", "--limits.pose-age", "9", "--limits.overruns", "10000"]

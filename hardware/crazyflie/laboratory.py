@@ -1,30 +1,34 @@
 """What the verbs connect to for a Crazyflie: a robot and its motion capture, or fakes beside the script."""
 
+import math
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, dataclass
 from typing import Any, ClassVar, Literal
 
+import numpy as np
 from platformdirs import user_cache_path
 
 from hardware.captures import capture_of
-from hardware.checks import Check
-from hardware.crazyflie.checks import checks
+from hardware.checks import Check, below, inside, still, stream
 from hardware.crazyflie.link import CrazyflieLink
 from hardware.crazyflie.thrust_map import THRUST_MAPS, ThrustMap
 from hardware.fakes.beside import beside
 from hardware.fakes.capture import FakeCapture
-from hardware.frame import Frame
+from hardware.frame import Frame, heading
 from hardware.interfaces import MotionCapture, Reading
 from hardware.laboratory import Laboratory, Opened, Say
 from hardware.pilot import FlightPilot
-from hardware.safety import Limits
+from hardware.safety import CUTS, Limits, tilt_of
 from sym2real.errors import ModelError
 from sym2real.robots import CRAZYFLIE, Robot
 from sym2real.trajectory import Array
 
 FAKE_MAP = "2025.02"
 LIMITS = Limits()
+RESERVE = 0.3  # V above the limit: about what a take-off pulls a Crazyflie's battery down
+UPRIGHT = math.radians(10.0)
+FACING = math.radians(15.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,8 +91,19 @@ class CrazyflieLaboratory(Laboratory):
             yield Opened(stack.enter_context(link))
 
     def checks(self, readings: Sequence[Reading]) -> list[Check]:
-        """What a take-off needs."""
-        return checks(readings, self.limits)
+        """What must hold before a take-off, judged on the ground."""
+        last, states = readings[-1], np.array([reading.state for reading in readings])
+        flagged = sorted(last.flags & set(CUTS))
+        return [
+            stream("motion capture", "pose", "pose_stamp", readings, self.limits.pose_age),
+            stream("the robot's log", "attitude", "robot_stamp", readings, self.limits.attitude_age),
+            still(states[:, :3]),
+            below("tilt", max(map(tilt_of, states[:, 3:7])), UPRIGHT, "rad", "stand it upright on level ground"),
+            below("yaw against motion capture", _facing(readings), FACING, "rad", "turn its front along x, restart it"),
+            inside(states[-1, :3], self.limits.low, self.limits.high),
+            Check("battery", f"{last.battery:.2f} V", last.battery >= self.limits.battery + RESERVE, "charge it"),
+            Check("supervisor", " ".join(sorted(last.flags)) or "nothing set", not flagged, "restart the robot"),
+        ]
 
     def pilot(self) -> FlightPilot:
         """Takes off, lands, and knows the mass."""
@@ -107,6 +122,12 @@ class CrazyflieLaboratory(Laboratory):
         options = ["--poses-to", str(capture.address[1])]
         options += ["--effects", *self.effects] if self.effects else []
         return capture, stack.enter_context(beside("hardware.fakes", options)).address
+
+
+def _facing(readings: Sequence[Reading]) -> float:
+    """Greatest difference in rad between the robot's yaw and that of motion capture; zero where it sees a point."""
+    seen = [(reading.state, reading.extra["capture_yaw"]) for reading in readings if "capture_yaw" in reading.extra]
+    return max((abs(math.remainder(heading(state[3:7]) - yaw, 2.0 * math.pi)) for state, yaw in seen), default=0.0)
 
 
 def _pair(text: str) -> tuple[str, str]:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hardware.clock import Clock, SystemClock
+from hardware.clock import SystemClock
 from hardware.closing import Closing
 from hardware.crazyflie.connection import Connection
 from hardware.crazyflie.routes import ROUTES, Packet, wire_rates
@@ -19,7 +19,7 @@ from hardware.crazyflie.thrust_map import ThrustMap
 from hardware.errors import LinkError
 from hardware.frame import heading
 from hardware.interfaces import MotionCapture, Reading, finite_action
-from sym2real.robots import CRAZYFLIE, Robot
+from sym2real.robots import CRAZYFLIE
 from sym2real.trajectory import Array
 
 SET_POINT, REQUEST, POSITION = "set-point", "request", "position"
@@ -38,8 +38,6 @@ class CrazyflieLink(Closing):
         capture: sees it; connected first, because some clients hold Python still while they connect.
         thrust_map: of its firmware and motors.
         route: key of :data:`~hardware.crazyflie.routes.ROUTES`.
-        robot: its columns and limits.
-        clock: the computer's by default.
         cache: folder for tables of contents.
         dry: everything but arming and set-points.
 
@@ -55,13 +53,11 @@ class CrazyflieLink(Closing):
         thrust_map: ThrustMap,
         *,
         route: str = "packet",
-        robot: Robot = CRAZYFLIE,
-        clock: Clock | None = None,
         cache: Path | None = None,
         dry: bool = False,
     ) -> None:
-        self.robot, self.thrust_map, self.route, self.dry = robot, thrust_map, ROUTES[route], dry
-        self._clock, self._capture = clock or SystemClock(), capture
+        self.robot, self.thrust_map, self.route, self.dry = CRAZYFLIE, thrust_map, ROUTES[route], dry
+        self._clock, self._capture = SystemClock(), capture
         self.connection = Connection(uri, cache)
         self._sender: NewestOnly | None = None
         self._telemetry: Telemetry | None = None

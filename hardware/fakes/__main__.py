@@ -11,7 +11,7 @@ from rich.console import Console
 from hardware.command_line import main
 from hardware.fakes.crazyflie import FakeCrazyflie
 from hardware.fakes.vehicle import Truth
-from sym2real.cli.chosen_effects import chosen_effects, require_values
+from sym2real.cli.chosen import chosen_effects, require_values
 from sym2real.robots import CRAZYFLIE
 
 LINGER = 4.0  # s: longer than the firmware's watchdogs, which act when a client is killed

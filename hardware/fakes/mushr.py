@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from hardware.clock import Clock, SystemClock
+from hardware.clock import SystemClock
 from hardware.closing import Closing
 from hardware.mushr.limits import CarLimits
 from hardware.mushr.link import COMMANDS
@@ -109,11 +109,10 @@ class FakeMushr(Closing):
     Args:
         node: of ROS; closed with this.
         car: behind it.
-        clock: the computer's by default.
     """
 
-    def __init__(self, node: Node, car: Car, clock: Clock | None = None) -> None:
-        self.car, self._node, self._clock = car, node, clock or SystemClock()
+    def __init__(self, node: Node, car: Car) -> None:
+        self.car, self._node, self._clock = car, node, SystemClock()
         self._lock, self._closing = threading.Lock(), threading.Event()
         self.poses_lost = False  # motion capture sees the car no more
         self.time = self._clock.now()  # of the car's newest period; on a busy machine it comes late

@@ -14,7 +14,7 @@ from hardware.command_line import main
 from hardware.fakes.master import FakeMaster
 from hardware.fakes.mushr import TIMEOUT, Car, FakeMushr, Truth
 from hardware.ros1 import Node
-from sym2real.cli.chosen_effects import chosen_effects, require_values
+from sym2real.cli.chosen import chosen_effects, require_values
 from sym2real.robots import MUSHR
 
 LINGER = 10.0 * TIMEOUT  # s: longer than the multiplexer holds a command, and the car brakes

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hardware.fakes.supervisor import Supervisor
+from hardware.frame import heading
 from sym2real.plants import MujocoPlant
 from sym2real.protocols import Change
 from sym2real.robots import CRAZYFLIE
@@ -142,7 +143,7 @@ class Vehicle:
         turning = self.supervisor.allows(self.time, counts, self.state)
         self.thrust = self._thrust(counts) if turning else 0.0
         if self.thrust == 0.0:
-            self._yaw_target = _yaw(self.state)
+            self._yaw_target = heading(self.state[3:7])
         # Rates that are what they are make no torque: motors that stand still turn nothing.
         self.plant.step([self.thrust, *(self._with_yaw_target(rates) if self.thrust else self.state[10:13])])
         self._volts -= self.truth.drain * self.thrust * STEP
@@ -165,7 +166,7 @@ class Vehicle:
         return LEVELLING * np.array([-2.0 * (y * z + w * x), -2.0 * (w * y - x * z), 0.0])
 
     def _with_yaw_target(self, rates: Array) -> Array:
-        yaw = _yaw(self.state)
+        yaw = heading(self.state[3:7])
         self._yaw_target += rates[2] * STEP
         error = math.remainder(self._yaw_target - yaw, 2.0 * math.pi)
         limits = CRAZYFLIE.high[1:4]
@@ -175,8 +176,3 @@ class Vehicle:
     def _thrust(self, counts: int) -> float:
         newtons = counts / self.truth.counts_per_newton
         return newtons if self.truth.compensated else newtons * max(self.battery, 0.0) / 4.0
-
-
-def _yaw(state: Array) -> float:
-    w, x, y, z = state[3:7].tolist()
-    return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))

@@ -7,17 +7,18 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, dataclass
 from typing import Any, ClassVar, Literal
 
+import numpy as np
+
 from hardware import ros2
 from hardware.captures import KINDS
-from hardware.checks import Check
+from hardware.checks import Check, inside, still, stream
 from hardware.errors import LinkError
 from hardware.fakes.beside import Fake, beside
 from hardware.frame import Frame
 from hardware.interfaces import Reading
 from hardware.laboratory import Laboratory, Opened, Say
-from hardware.mushr.checks import checks
 from hardware.mushr.limits import CarLimits
-from hardware.mushr.link import COMMANDS, MushrLink
+from hardware.mushr.link import COMMANDS, UNHEARD, MushrLink
 from hardware.mushr.pilot import DriveLimits, DrivePilot
 from hardware.ros import RosNode
 from hardware.ros1 import Node
@@ -80,8 +81,16 @@ class MushrLaboratory(Laboratory):
             yield Opened(link, _by_program(fake) if fake else _by_hand(say))
 
     def checks(self, readings: Sequence[Reading]) -> list[Check]:
-        """What a drive needs."""
-        return checks(readings, self.limits)
+        """What must hold before a drive, judged while the car stands."""
+        last, states = readings[-1], np.array([reading.state for reading in readings])
+        heard = UNHEARD not in last.flags
+        listening = "the car listens" if heard else "nobody listens"
+        return [
+            stream("motion capture", "pose", "pose_stamp", readings, self.limits.pose_age),
+            still(states[:, :2]),
+            inside(states[-1, :2], self.limits.low, self.limits.high),
+            Check("commands", listening, heard, "start the car's multiplexer; is the topic right?"),
+        ]
 
     def pilot(self) -> DrivePilot:
         """Drives to the start, and brakes."""

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hardware.clock import Clock, SystemClock
+from hardware.clock import SystemClock
 from hardware.closing import Closing
 from hardware.errors import LinkError
 from hardware.interfaces import MotionCapture, Reading, finite_action
@@ -18,7 +18,7 @@ from hardware.mushr.limits import CarLimits
 from hardware.mushr.pose_filter import PoseFilter
 from hardware.ros import RosNode, RosPublisher
 from hardware.ros1 import ACKERMANN, Message
-from sym2real.robots import MUSHR, Robot
+from sym2real.robots import MUSHR
 from sym2real.trajectory import Array
 
 COMMANDS = "/car/mux/ackermann_cmd_mux/input/navigation"  # lowest priority but one: a person's joystick comes before
@@ -36,8 +36,6 @@ class MushrLink(Closing):
         capture: sees the car.
         limits: of what is sent.
         topic: of the commands.
-        robot: its columns and control period.
-        clock: the computer's by default.
         dry: everything but sending.
     """
 
@@ -48,12 +46,10 @@ class MushrLink(Closing):
         *,
         limits: CarLimits | None = None,
         topic: str = COMMANDS,
-        robot: Robot = MUSHR,
-        clock: Clock | None = None,
         dry: bool = False,
     ) -> None:
-        self.robot, self.limits, self.topic, self.dry = robot, limits or CarLimits(), topic, dry
-        self._node, self._capture, self._clock = node, capture, clock or SystemClock()
+        self.robot, self.limits, self.topic, self.dry = MUSHR, limits or CarLimits(), topic, dry
+        self._node, self._capture, self._clock = node, capture, SystemClock()
         self._filter, self._heard, self._stamp = PoseFilter(), -math.inf, math.nan
         self._lock = threading.Lock()  # a plant's guard reads too
         self._publisher: RosPublisher | None = None

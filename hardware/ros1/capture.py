@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hardware.clock import Clock
 from hardware.errors import LinkError
 from hardware.frame import Frame
 from hardware.ros import RosNode
@@ -32,11 +31,10 @@ class RosCapture(SeenBody):
         node: whose master knows the topic; it is not closed here.
         topic: to hear.
         frame: of the topic in the world.
-        clock: the computer's by default.
     """
 
-    def __init__(self, node: RosNode, topic: Topic, frame: Frame | None = None, clock: Clock | None = None) -> None:
-        super().__init__(frame, clock)
+    def __init__(self, node: RosNode, topic: Topic, frame: Frame | None = None) -> None:
+        super().__init__(frame)
         self._node, self._topic = node, topic
 
     def connect(self) -> None:

@@ -91,7 +91,7 @@ class Add(OfFit):
 
     def _wanted(self, base: Equations) -> tuple[Chosen, list[tuple[str, str]]]:
         """The effects with their values, and terms, each a channel and an expression."""
-        from sym2real.cli.chosen_effects import chosen_effects
+        from sym2real.cli.chosen import chosen_effects
         from sym2real.effects.known_effects import TERM
 
         terms = [text.removeprefix(TERM).partition("=") for text in self.effects if text.startswith(TERM)]
@@ -104,7 +104,7 @@ class Add(OfFit):
         return effects, [(channel, expression) for channel, _, expression in terms]
 
     def _given(self, effects: Chosen, console: Console) -> list[tuple[str, dict[str, float]]]:
-        from sym2real.cli.chosen_effects import require_values, warn_of_values
+        from sym2real.cli.chosen import require_values, warn_of_values
 
         require_values(effects, ", or --fit LOG to find it")
         warn_of_values(effects, console)

@@ -40,7 +40,7 @@ class Inspect:
         """Print the evidence, write or print the specification."""
         from sym2real.cli.nominal_line import NominalLine, nominal_line
         from sym2real.logs import inspect_logs
-        from sym2real.report.inspection import inspection_table
+        from sym2real.report.tables import inspection_table
 
         of_model: tuple[Any, ...] = ()
         if self.model is not None:

@@ -18,7 +18,6 @@ from sym2real.files import read_by, reading, require_place, same_place
 IS_PLACE = "may name a file or a folder that is read"
 Place = Annotated[str, IS_PLACE]
 WRITTEN = ("out", "json", "report")
-LOG_ENDINGS = (".csv", ".tsv", ".parquet", ".pq", ".arrow", ".bag", ".db3", ".mcap", ".ulg", ".usd")
 
 
 @contextmanager
@@ -107,9 +106,10 @@ def _require_nothing_is_lost(option: str, file: Path, *, log_for_log: bool) -> N
     """A measurement cannot be made again: only another log takes its place; nor may a model lose a part."""
     if not file.exists():
         return
+    from sym2real.logs.table import IN_FOLDERS
     from sym2real.symbolic.storage import is_part_of_model
 
-    if file.suffix.lower() in LOG_ENDINGS and not log_for_log:
+    if file.suffix.lower() in IN_FOLDERS and not log_for_log:
         raise DataError(file, f"a place for {option} that is no log's", "a log, which would be lost")
     if is_part_of_model(file):
         raise ModelError(f"{option}: {file} is a part of a model, which would be lost; name another file")

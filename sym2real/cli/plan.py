@@ -11,7 +11,7 @@ from rich.console import Console
 
 from sym2real.cli.numbers import NotNegative, Seconds, steps_in
 from sym2real.cli.of_logs import OfLogs
-from sym2real.cli.places import LOG_ENDINGS, Place, there
+from sym2real.cli.places import Place, there
 from sym2real.cli.positionals import JsonFile
 
 if TYPE_CHECKING:
@@ -62,12 +62,13 @@ class PlanFlight(OfLogs):
         from sym2real.diagnosis import plan
         from sym2real.effects.catalogue import require_patterns
         from sym2real.experiments.models import robot_called
+        from sym2real.logs.table import IN_FOLDERS
         from sym2real.report.plan import plan_report
         from sym2real.robots import ROBOTS
 
         require_patterns(self.exclude)
         first = Path(self.what[0]) if self.what else Path()
-        of_logs = bool(self.what) and (there(first) or first.suffix.lower() in LOG_ENDINGS)
+        of_logs = bool(self.what) and (there(first) or first.suffix.lower() in IN_FOLDERS)
         robot = None if of_logs else robot_called(self.model)
         named = self.model in ROBOTS and not Path(self.model).is_dir()
         equations, notes = (ROBOTS[self.model].nominal(), ()) if named else equations_below(self.model, console)
@@ -85,7 +86,7 @@ class PlanFlight(OfLogs):
 
     def _simulated(self, robot: Robot) -> tuple[Dataset, AssumedNoise | None]:
         """Runs of a robot, and the noise that they lack."""
-        from sym2real.cli.typed_values import with_values
+        from sym2real.cli.chosen import with_values
         from sym2real.experiments.planned import manoeuvre, planned_moves, planned_runs, usual_noise
         from sym2real.tasks.task import follows_paths
 

@@ -51,7 +51,7 @@ class Run:
 
     def run(self, console: Console) -> dict[str, Any]:
         """Fly, print the figures, write the log."""
-        from sym2real.cli.chosen_task import chosen_task
+        from sym2real.cli.chosen import chosen_task
         from sym2real.cli.model import open_with_progress
         from sym2real.cli.progress import steps_progress
         from sym2real.control import mppi_controller

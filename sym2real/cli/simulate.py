@@ -62,7 +62,7 @@ class Simulate:
         import numpy as np
 
         from sym2real.adaptation import tracking_error
-        from sym2real.cli.chosen_task import chosen_task
+        from sym2real.cli.chosen import chosen_task
         from sym2real.control import RandomCommands, geometric_controller
         from sym2real.experiments.excitation import dithered
         from sym2real.layout import unit_of_place
@@ -97,7 +97,7 @@ class Simulate:
         """The simulator, with effects and noise."""
         import numpy as np
 
-        from sym2real.cli.chosen_effects import chosen_effects, require_values, warn_of_values
+        from sym2real.cli.chosen import chosen_effects, require_values, warn_of_values
         from sym2real.experiments.models import simulator_called
         from sym2real.experiments.standard_conditions import sensors
         from sym2real.plants import MujocoPlant

@@ -57,7 +57,7 @@ class FusedStep:
         plan.memory, plan.past = pointer("memory", given.memory), pointer("past", given.past)
         plan.hidden = pointer("hidden", given.hidden)
         plan.begun, plan.costs = given.begun, costs.data_ptr()
-        plan.seed, plan.call = given.seed & 0xFFFFFFFF, given.call & 0xFFFFFFFF
+        plan.seed, plan.call = given.seed, given.call
         before, steps = pointer("mean", given.mean), min(max(given.steps, 0), self.horizon)
         self._library.shifted(self._address, before, steps, plan.mean)
         return following, costs, self._library.plan_all(self._address, self._scratch_address, plan.mean)
@@ -65,7 +65,7 @@ class FusedStep:
     def noise(self, seed: int, call: int) -> Tensor:
         """The noise ``# (N, H, action)`` of a call."""
         plan = self._plan
-        plan.seed, plan.call, plan.noise = seed & 0xFFFFFFFF, call & 0xFFFFFFFF, None
+        plan.seed, plan.call, plan.noise = seed, call, None
         noise = torch.empty(self.samples, *self.shape, dtype=torch.float32)
         self._library.noise_of(self._address, self._scratch_address, noise.data_ptr())
         return noise

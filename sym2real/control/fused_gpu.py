@@ -10,8 +10,7 @@ from sym2real.control.fused_arguments import Call, Operands, Sizes, arguments_of
 from sym2real.control.fused_problem import Fused
 from sym2real.control.fused_residual import Residual, packed
 from sym2real.control.fused_text import fused_text
-from sym2real.control.plan import shift
-from sym2real.control.weights import importance_weights
+from sym2real.control.plan import importance_weights, shift
 from sym2real.native.nvrtc import CudaModule
 
 THREADS, TILE = 128, 16  # of a block; as in cuda.h
@@ -68,7 +67,7 @@ class FusedGpuStep:
         for name in self.shapes:
             setattr(plan, name, pointer(name, read[name]))
         plan.costs, plan.begun = costs.data_ptr(), given.begun
-        plan.seed, plan.call = given.seed & 0xFFFFFFFF, given.call & 0xFFFFFFFF
+        plan.seed, plan.call = given.seed, given.call
         self._run("plan_samples")
         weights = importance_weights(costs, plan.temperature)
         rejected = int((~costs.isfinite()).sum())
@@ -77,7 +76,7 @@ class FusedGpuStep:
     def noise(self, seed: int, call: int) -> Tensor:
         """The noise ``# (N, H, action)`` of a call."""
         plan = self._plan
-        plan.seed, plan.call, plan.noise = seed & 0xFFFFFFFF, call & 0xFFFFFFFF, None
+        plan.seed, plan.call, plan.noise = seed, call, None
         self._run("noise_of")
         return self._tracks.movedim(-1, 0).contiguous()
 

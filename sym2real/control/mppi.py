@@ -38,10 +38,9 @@ from sym2real.control.fused_arguments import Call, Sizes, single
 from sym2real.control.fused_gpu import FusedGpuStep
 from sym2real.control.gone_by import GoneBy
 from sym2real.control.noise import deviations, require_steps, sample, smoothing
-from sym2real.control.plan import Plan, shift
+from sym2real.control.plan import Plan, importance_weights, shift
 from sym2real.control.timing import samples_within
 from sym2real.control.torch_step import TorchStep
-from sym2real.control.weights import importance_weights
 from sym2real.effects.filters import FilterState
 from sym2real.protocols import DynamicsModel
 from sym2real.robots.robot import MPPISettings, Robot

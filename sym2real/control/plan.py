@@ -1,4 +1,9 @@
-"""What MPPI saw at one step, and how plans move on."""
+"""What MPPI saw at one step, how plans move on, and how much each rollout counts::
+
+    w_i ∝ exp(-(J_i - min J) / λ)
+
+Source: G. Williams et al., "Information theoretic MPC for model-based reinforcement learning", ICRA 2017.
+"""
 
 from dataclasses import dataclass
 
@@ -34,3 +39,15 @@ def shift(mean: Tensor, steps: int) -> Tensor:
         return mean
     by = min(steps, len(mean) - 1)
     return torch.cat([mean[by:], mean[-1:].expand(by, -1)])
+
+
+def importance_weights(costs: Tensor, temperature: float) -> Tensor:
+    """Weights ``# (N,)`` that sum to one for costs ``# (N,)``; a cost that is not finite has no weight.
+
+    All weights are zero where no cost is finite.
+    """
+    finite = costs.isfinite()
+    if not bool(finite.any()):
+        return torch.zeros_like(costs)
+    usable = costs.masked_fill(~finite, torch.inf)
+    return torch.softmax(-(usable - usable.min()) / temperature, dim=0)

@@ -9,10 +9,9 @@ import torch
 from numpy.typing import ArrayLike
 from torch import Tensor
 
+from sym2real.control.at_steps import ReferenceTable
 from sym2real.control.fused_arguments import copy_of
-from sym2real.control.plan import Plan
-from sym2real.control.reference_table import ReferenceTable
-from sym2real.control.weights import importance_weights
+from sym2real.control.plan import Plan, importance_weights
 from sym2real.effects.filters import FilterState
 from sym2real.errors import ShapeError
 from sym2real.protocols import DynamicsModel

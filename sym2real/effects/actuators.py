@@ -102,9 +102,7 @@ def _delay_inject(body: Body, values: Numbers) -> Change:
 
     def edit(spec: Any) -> None:
         """Give every actuator the rest of the delay."""
-        for actuator in truth.actuators(spec, body):
-            actuator.delay += rest
-            actuator.nsample = int(np.ceil(actuator.delay / spec.option.timestep)) + 2
+        truth.delay(spec, truth.actuators(spec, body), rest)
 
     return Change("", edit=edit if rest > 1e-9 else None, command=begin if periods else None)
 

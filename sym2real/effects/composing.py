@@ -110,8 +110,9 @@ def _put_in(equations: Equations, effect: Effect, values: Mapping[str, Expr]) ->
     if late and all(value.is_number for value in late):  # delays add up
         filters = [change for change in filters if change[0] != effect.key]
         filters.append((effect.key, {"value": sum(late, Integer(0))}))
-    return replace(equations, filters=tuple(sorted(filters, key=lambda change: _place(change[0]))))
+    return replace(equations, filters=tuple(sorted(filters, key=lambda change: place(change[0]))))
 
 
-def _place(key: str) -> int:
+def place(key: str) -> int:
+    """Of a filter among the others, by its effect's key."""
     return FILTER_ORDER.index(key.partition(":")[0])

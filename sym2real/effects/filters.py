@@ -14,9 +14,10 @@ from torch import Tensor
 from sym2real.effects.bound import Effect
 from sym2real.effects.catalogue import effect
 from sym2real.effects.memory import as_given, replaced
+from sym2real.effects.terms import without_quantities
 from sym2real.errors import ModelError
 from sym2real.symbolic import Equations, compile_function, symbol
-from sym2real.symbolic.expressions import exchange, names_in
+from sym2real.symbolic.expressions import exchange
 
 Step = Callable[[Tensor, Tensor, Tensor | None], Tensor]
 
@@ -164,11 +165,3 @@ def spelled_out(equations: Equations, expression: Expr) -> Expr:
     """The expression over columns alone: quantities put in, parameters at their values."""
     values = {symbol(name): Float(value) for name, value in equations.parameters.items()}
     return exchange(values)(without_quantities(equations, expression))
-
-
-def without_quantities(equations: Equations, expression: Expr) -> Expr:
-    """The expression over columns and parameters."""
-    put_in = exchange({symbol(name): value for name, value in equations.quantities.items()})
-    while names_in(expression) & equations.quantities.keys():
-        expression = put_in(expression)
-    return expression

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from sym2real.effects.body import Body, Describable
 from sym2real.effects.bound import Effect
 from sym2real.effects.catalogue import effect
-from sym2real.effects.composing import FILTER_ORDER
+from sym2real.effects.composing import place
 from sym2real.effects.kind import Parameter, with_unit
 from sym2real.effects.kinds import EFFECTS
 from sym2real.effects.voltage import VOLTAGE
@@ -49,7 +49,8 @@ def as_simulated(equations: Equations) -> Known:
     """
     _require_counterparts(equations)
     changes = [(effect(key, equations), values) for key, values in equations.effects]
-    filters = sorted((change for change in changes if change[0].of.memory is not None), key=_place)
+    filters = [change for change in changes if change[0].of.memory is not None]
+    filters.sort(key=lambda change: place(change[0].key))
     static = [change for change in changes if change[0].of.memory is None]
     moving = [change for change in reversed(static) if change[0].stage != "measurement"]
     measured = [change for change in static if change[0].stage == "measurement"]
@@ -61,10 +62,6 @@ def as_simulated(equations: Equations) -> Known:
 def injected(equations: Equations, robot: Describable) -> tuple[Change, ...]:
     """The changes that give a plain simulated robot the effects that equations have; errors of :func:`as_simulated`."""
     return tuple(effect(key, robot).inject(**values) for key, values in as_simulated(equations))
-
-
-def _place(change: tuple[Effect, Mapping[str, float]]) -> int:
-    return FILTER_ORDER.index(change[0].kind)
 
 
 def _require_counterparts(equations: Equations) -> None:

@@ -23,7 +23,7 @@ from sympy import Expr, Integer, Max, exp, floor
 from sym2real.effects.body import Body
 from sym2real.effects.kind import Domain, Kind, Parameter, Values
 from sym2real.effects.memory import WHOLE
-from sym2real.effects.terms import defined, with_hidden
+from sym2real.effects.terms import defined, with_hidden, without_quantities
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.expressions import exchange, names_in
 from sym2real.vocabulary import STEER_COLUMN
@@ -88,7 +88,4 @@ def over_columns(equations: Equations, row: Expr) -> Expr:
     using = {STEER_COLUMN}
     while more := {name for name, by in equations.quantities.items() if names_in(by) & using} - using:
         using |= more
-    put_in = exchange({symbol(name): equations.quantities[name] for name in using - {STEER_COLUMN}})
-    while names_in(row) & (using - {STEER_COLUMN}):
-        row = put_in(row)
-    return row
+    return without_quantities(equations, row, using - {STEER_COLUMN})

@@ -1,6 +1,6 @@
 """Ways in which effects alter equations: another quantity, input, hidden state, or measurement."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 
 from sympy import Expr, Integer, Symbol
@@ -9,7 +9,7 @@ from sym2real.effects.body import GRAVITY, Body
 from sym2real.field import Field
 from sym2real.layout import Layout
 from sym2real.symbolic import Equations, symbol
-from sym2real.symbolic.expressions import canonical
+from sym2real.symbolic.expressions import canonical, exchange, names_in
 from sym2real.vocabulary import MOTOR_TORQUES
 
 LAGGED = "rotor_thrust"
@@ -72,6 +72,15 @@ def multiplied(equations: Equations, quantities: Iterable[str], factor: Expr) ->
     """The equations with so many times some of their quantities, wherever they use them."""
     changed = {name: canonical(equations.quantities[name] * factor) for name in quantities}
     return replace(equations, quantities={**equations.quantities, **changed})
+
+
+def without_quantities(equations: Equations, expression: Expr, names: Collection[str] | None = None) -> Expr:
+    """An expression over columns and parameters; with names, only quantities of these names are put in."""
+    quantities = equations.quantities if names is None else {name: equations.quantities[name] for name in names}
+    put_in = exchange({symbol(name): value for name, value in quantities.items()})
+    while names_in(expression) & quantities.keys():
+        expression = put_in(expression)
+    return expression
 
 
 def with_hidden(equations: Equations, name: str, unit: str, following: Expr, start: Expr) -> Equations:

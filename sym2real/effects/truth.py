@@ -5,7 +5,7 @@ is a quadrotor's thrust along body z, and the next three its rate loop. ``MjSpec
 edited before compilation.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -192,6 +192,13 @@ def actuators(spec: Any, body: Body) -> list[Any]:
     """Actuators of an ``MjSpec`` that the bound action column drives, or all of them."""
     names = [name for column in body.bound for name in (*ACTUATORS.get(column, ()), column)]
     return [actuator for actuator in spec.actuators if actuator.name in names]
+
+
+def delay(spec: Any, actuators: Iterable[Any], seconds: float) -> None:
+    """Actuators of an ``MjSpec`` act so much later: its rollouts know what is under way."""
+    for actuator in actuators:
+        actuator.delay += seconds
+        actuator.nsample = int(np.ceil(actuator.delay / spec.option.timestep)) + 2
 
 
 def commanding(change: Callable[[float, Body, Numbers], float], column: str = "") -> Inject:

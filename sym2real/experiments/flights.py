@@ -60,7 +60,6 @@ def quadrotor_flights(
     steps: int = 400,
     changes: Sequence[Change] = (),
     forced: bool = False,
-    robot: Robot = CRAZYFLIE,
 ) -> Dataset:
     """Flights of a quadrotor in MuJoCo, one kind after the other; a flight ends early when it hits the ground.
 
@@ -70,10 +69,9 @@ def quadrotor_flights(
         steps: rows of a flight.
         changes: differences of the plant.
         forced: under a random wrench.
-        robot: that is flown.
     """
     kinds = (circle, eight, _hover, _levelled_rates)
-    return runs(robot, MujocoPlant(robot, changes), kinds, count, seed, steps=steps, forced=forced)
+    return runs(CRAZYFLIE, MujocoPlant(CRAZYFLIE, changes), kinds, count, seed, steps=steps, forced=forced)
 
 
 def car_drives(
@@ -85,7 +83,7 @@ def car_drives(
     forced: bool = False,
     robot: Robot = MUSHR,
 ) -> Dataset:
-    """Drives of a car in MuJoCo, one kind after the other; arguments as of :func:`quadrotor_flights`."""
+    """Drives of a car in MuJoCo, one kind after the other; arguments as of :func:`quadrotor_flights`, and the car."""
     kinds = (_round, _goals, _random_driving)
     return runs(robot, MujocoPlant(unlimited(robot), changes), kinds, count, seed, steps=steps, forced=forced)
 

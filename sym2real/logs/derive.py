@@ -190,6 +190,12 @@ def heading(quaternion: Array) -> Array:
     return rotation.yaw(torch.from_numpy(quaternion)).numpy()
 
 
+def about_vertical(yaw: Array) -> Array:
+    """Attitudes w x y z ``# (rows, 4)`` of a yaw in rad ``# (rows,)``, level."""
+    zero = np.zeros(len(yaw))
+    return np.stack([np.cos(yaw / 2.0), zero, zero, np.sin(yaw / 2.0)], axis=1)
+
+
 def from_euler(angles: Array) -> Array:
     """Attitudes w x y z ``# (rows, 4)`` of roll, pitch, yaw in rad ``# (rows, 3)``."""
     return rotation.from_euler(*torch.from_numpy(angles).unbind(-1)).numpy()

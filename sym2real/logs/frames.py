@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -9,7 +10,6 @@ import numpy as np
 
 from sym2real.errors import DataError, needing
 from sym2real.layout import Layouts
-from sym2real.logs.grouping import layouts_to_json
 from sym2real.logs.missing import FRAME
 from sym2real.logs.reader import log_of_table
 from sym2real.logs.specification import LogSpec
@@ -47,5 +47,5 @@ def frame_of_log(trajectory: Trajectory) -> pandas.DataFrame:
     with needing("to_pandas needs pandas", "pandas"):
         import pandas as pd  # noqa: PLC0415 — an extra
     frame = pd.DataFrame(columns_of(trajectory))
-    frame.attrs |= {LAYOUTS: layouts_to_json(trajectory.layouts), "name": trajectory.name}
+    frame.attrs |= {LAYOUTS: json.dumps(trajectory.layouts.to_dict()), "name": trajectory.name}
     return frame

@@ -1,13 +1,9 @@
 """Which group of a model, state, action or inputs, a standard column lands in: the model's layouts decide."""
 
-import json
 from dataclasses import replace
-from typing import Any
 
-import msgspec
 import numpy as np
 
-from sym2real.field import Group
 from sym2real.layout import Layout, Layouts
 from sym2real.logs import derive
 from sym2real.logs.missing import require_columns
@@ -57,17 +53,3 @@ def _column(table: Table, log: Standard, columns: Columns, name: str) -> Array:
         return values
     # What is left of the columns that are required: time, and pushes that nobody applied.
     return log.time if name == "t" else np.zeros(len(log.time))
-
-
-def layouts_to_json(layouts: Layouts) -> str:
-    """Layouts as a JSON text."""
-    return json.dumps(layouts.to_dict())
-
-
-def layouts_from_json(text: str) -> Layouts:
-    """Layouts from a JSON text of :func:`layouts_to_json`.
-
-    Raises:
-        KeyError, ValueError, RecursionError: when it is none.
-    """
-    return Layouts.from_dict(msgspec.json.decode(text, type=dict[Group, list[dict[str, Any]]]))

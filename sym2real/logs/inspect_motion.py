@@ -117,8 +117,7 @@ def in_body(draft: Draft, world: dict[str, Array]) -> dict[str, Array]:
     if draft.world is not None:
         inverse = draft.world * INVERSE
     elif draft.heading is not None:
-        half, zero = -0.5 * draft.heading, np.zeros(len(draft.heading))
-        inverse = np.stack([np.cos(half), zero, zero, np.sin(half)], axis=1)
+        inverse = derive.about_vertical(-draft.heading)
     else:
         return {}
     velocity = np.stack([world.get(name, np.zeros(len(inverse))) for name in VELOCITY.columns], axis=1)

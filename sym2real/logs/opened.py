@@ -5,14 +5,17 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
+import msgspec
 import numpy as np
 
 from sym2real.errors import DataError, reason
+from sym2real.field import Group
 from sym2real.layout import Layouts
 from sym2real.logs.derived import add_derived
 from sym2real.logs.dropouts import CUT, without_dropouts, without_repeats
-from sym2real.logs.grouping import layouts_from_json, trajectory, visible
+from sym2real.logs.grouping import trajectory, visible
 from sym2real.logs.missing import listed, specification
 from sym2real.logs.of_model import for_model
 from sym2real.logs.resample import REGULAR, gaps, is_regular, resample
@@ -134,6 +137,7 @@ def _own_notes(table: Table) -> tuple[str, ...]:
 def _own_layouts(table: Table) -> Layouts | None:
     text = table.metadata.get("layouts")
     try:
-        return layouts_from_json(text) if text else None
+        groups = msgspec.json.decode(text, type=dict[Group, list[dict[str, Any]]]) if text else None
+        return None if groups is None else Layouts.from_dict(groups)
     except (KeyError, ValueError, RecursionError) as error:
         raise DataError(table.path, "layouts in the file's metadata", reason(error)) from None

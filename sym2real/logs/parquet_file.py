@@ -86,8 +86,3 @@ def write(path: Path, columns: Mapping[str, Array], metadata: Mapping[str, str])
         path,
         write_page_checksum=True,
     )
-
-
-def write_table(table: pa.Table, path: Path) -> None:
-    """Write a table as it is."""
-    pq.write_table(table, path)

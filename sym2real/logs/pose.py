@@ -8,7 +8,7 @@ import torch
 from sym2real import rotation
 from sym2real.field import Field
 from sym2real.layout import Layout
-from sym2real.logs.derive import continuous
+from sym2real.logs.derive import about_vertical, continuous
 from sym2real.trajectory import Array, Trajectory
 from sym2real.vocabulary import ATTITUDE, HEADING
 
@@ -19,7 +19,7 @@ def attitudes(layout: Layout, states: Array) -> Array:
     if _whole(ATTITUDE, there):
         return np.stack([there[column] for column in ATTITUDE.columns], axis=1)
     yaw = np.arctan2(*(there[column] for column in HEADING.columns)) if _whole(HEADING, there) else np.zeros(rows)
-    return np.stack([np.cos(yaw / 2), np.zeros(rows), np.zeros(rows), np.sin(yaw / 2)], axis=1)
+    return about_vertical(yaw)
 
 
 def attitude(log: Trajectory) -> torch.Tensor:

@@ -204,8 +204,7 @@ def _velocity_to_world(table: Table, columns: Columns) -> Columns:
     rows = len(columns["vx"])
     quaternion = side_by_side(columns, QUATERNION)
     if quaternion is None and "sin_yaw" in columns:
-        half, zero = np.arctan2(columns["sin_yaw"], columns["cos_yaw"]) / 2.0, np.zeros(rows)
-        quaternion = np.stack([np.cos(half), zero, zero, np.sin(half)], axis=1)
+        quaternion = derive.about_vertical(np.arctan2(columns["sin_yaw"], columns["cos_yaw"]))
     if quaternion is None:
         raise DataError(table.path, "an attitude or a yaw that turns body velocities into the world", "neither")
     world = derive.to_world(

@@ -7,7 +7,6 @@ from pathlib import Path
 from sym2real.errors import DataError, ShapeError
 from sym2real.files import whole
 from sym2real.logs import csv_file, parquet_file
-from sym2real.logs.grouping import layouts_to_json
 from sym2real.logs.table import COLUMNAR
 from sym2real.trajectory import Array, Trajectory
 
@@ -60,7 +59,7 @@ def columns_of(trajectory: Trajectory) -> dict[str, Array]:
 
 def _metadata(trajectory: Trajectory) -> dict[str, str]:
     return {
-        "layouts": layouts_to_json(trajectory.layouts),
+        "layouts": json.dumps(trajectory.layouts.to_dict()),
         "name": trajectory.name,
         "notes": json.dumps(trajectory.notes),
     }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterable, Sequence
+from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
 import sympy
@@ -17,8 +18,12 @@ from sym2real.symbolic import Equations
 if TYPE_CHECKING:
     from sym2real.adaptation import EpisodeReport
     from sym2real.experiments.flying import Flight
+    from sym2real.logs import Inspection
     from sym2real.regression import Dependence
     from sym2real.robots import Robot
+
+MOST_NAMED = 6  # columns in a row of an inspection; a message has dozens of covariances
+CONFIDENCE = {"certain": "green", "likely": "cyan", "guess": "yellow", "unknown": "red"}
 
 
 def number(value: float, digits: int = 3) -> str:
@@ -86,6 +91,21 @@ def readable(expression: sympy.Expr) -> str:
     """An expression with its numbers rounded to four digits."""
     with sympy.evaluate(False):
         return str(sympy.sstr(rounded(expression), full_prec=False))
+
+
+def inspection_table(inspection: Inspection) -> Table:
+    """What logs seem to hold: a row for neighbouring columns that share unit and evidence, and rows on the whole."""
+    headings = ("column", "what it seems to be", "unit", "evidence", "confidence")
+    rows = []
+    for (unit, evidence, confidence), same in groupby(
+        inspection.rows, lambda row: (row.unit, row.evidence, row.confidence)
+    ):
+        columns, meanings = zip(*((row.column, row.meaning) for row in same), strict=True)
+        named = columns if len(columns) <= MOST_NAMED else (columns[0], "…", f"{columns[-1]} ({len(columns)} columns)")
+        texts = (", ".join(filter(None, named)), ", ".join(dict.fromkeys(meanings)), unit, evidence)
+        rows.append((*map(escape, texts), f"[{CONFIDENCE[confidence]}]{confidence}[/]"))
+    title = ", ".join(path.name for path in inspection.paths)
+    return table_of(title, headings, rows, left=headings, show_lines=True)
 
 
 def dependence_table(rows: Sequence[Dependence]) -> Table:

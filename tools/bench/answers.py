@@ -10,11 +10,12 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from sym2real.dataset import Logs
-from sym2real.diagnosis import Diagnosis, compare
+from sym2real.diagnosis import Diagnosis, add, compare
 from sym2real.effects.groups import GROUPS, others_of
 from sym2real.errors import Sym2RealError, reason
 from sym2real.json_objects import plain
 from sym2real.neural.model_folder import Model
+from sym2real.symbolic import Equations
 
 Record = dict[str, Any]
 HORIZON = 0.8  # s
@@ -51,6 +52,15 @@ def refusal(error: Exception) -> Record:
     if isinstance(error, Sym2RealError):
         return {**empty, "verdict": REFUSED, "error": reason(error), "seconds": 0.0}
     return {**empty, "verdict": CRASHED, "crash": f"{type(error).__name__}: {error}", "seconds": 0.0}
+
+
+def with_findings(equations: Equations, answer: Record) -> Equations:
+    """The model that a diagnosis leaves."""
+    found = [
+        (one["effect"], {name: estimate["value"] for name, estimate in one["parameters"].items()})
+        for one in answer["findings"]
+    ]
+    return add(equations, found) if found else equations
 
 
 def sentences(answer: Record) -> list[str]:

@@ -172,8 +172,8 @@ def kept(bag: Path, rows: list[Row]) -> list[Figure]:
 def killed(folder: Path) -> list[Figure]:
     """kill -9 of the launch script in the task: how long until the wheels stand, and what the record holds."""
     with FakeMaster() as master, FakeMushr(Node("/fake_mushr", master.uri), Car(Truth(start=START))) as fake:
-        command = [sys.executable, "-m", "hardware.drive_mushr", str(folder / "model"), "circle", "--seconds", "300"]
-        command += ["--master", master.uri, "--out", str(folder / "killed"), *ROOMY_OPTIONS]
+        command = [sys.executable, "-m", "hardware.run", "mushr", str(folder / "model"), "circle"]
+        command += ["--seconds", "300", "--master", master.uri, "--out", str(folder / "killed"), *ROOMY_OPTIONS]
         script = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.DEVNULL)
         wait_for(lambda: fake.car.driven[1] > 0.8 or script.poll() is not None)
         speed = float(fake.car.driven[1])

@@ -62,7 +62,7 @@ def told(command: Sequence[str], out: Path, prefix: Sequence[str] = ()) -> dict[
 def flown(model: str, name: str, folder: Path, options: Options) -> dict[str, Any]:
     """A flight of the launch script."""
     out = folder / name
-    command = ["hardware.fly_crazyflie", model, options.task, "--sim", "--effects", *HIDDEN]
+    command = ["hardware.run", "crazyflie", model, options.task, "--sim", "--effects", *HIDDEN]
     command += ["--seconds", f"{options.seconds:g}", "--seed", str(options.seed), "--out", str(out)]
     return told(command, out, shlex.split(options.prefix))
 

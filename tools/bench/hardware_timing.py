@@ -77,8 +77,8 @@ def _hovered(out: Path, seconds: float, prefix: str) -> dict[str, Any]:
     answer = out.with_suffix(".json")
     if not answer.exists():
         shutil.rmtree(out, ignore_errors=True)  # of a run that was stopped
-        command = [sys.executable, "-m", "hardware.fly_crazyflie", str(out.with_name("model")), "hover", "--sim"]
-        command += ["--seconds", f"{seconds:g}", "--out", str(out), "--json", str(answer)]
+        command = [sys.executable, "-m", "hardware.run", "crazyflie", str(out.with_name("model"))]
+        command += ["hover", "--sim", "--seconds", f"{seconds:g}", "--out", str(out), "--json", str(answer)]
         ended = subprocess.run([*shlex.split(prefix), *command], cwd=ROOT, stdout=subprocess.DEVNULL, check=False)
         if ended.returncode:
             write_text(answer, json.dumps({"completed": False, "missed": None}))

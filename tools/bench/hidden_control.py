@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from answers import Record
+from answers import Record, with_findings
 from figures import Figure
 from hidden_scores import of_kind
 
@@ -58,11 +58,7 @@ def tracking(record: Record, base: Equations, flights: int) -> tuple[float, floa
     """Mean distance from a circle in m, flown with the base, with what was found, and with the truth."""
     robot = ROBOTS[record["robot"]]
     changes = [effect(key, robot).inject(**values) for key, values in record["truth"].items()]
-    found = [
-        (one["effect"], {name: estimate["value"] for name, estimate in one["parameters"].items()})
-        for one in record["findings"]
-    ]
-    models = (base, add(base, found), add(base, record["truth"].items()))
+    models = (base, with_findings(base, record), add(base, record["truth"].items()))
     task = make_task("circle", robot)
 
     def flown(model: Equations, seed: int) -> float:

@@ -15,7 +15,7 @@ from functools import partial
 
 import numpy as np
 import tyro
-from answers import Record, named, names, same_group
+from answers import Record, named, names, same_group, with_findings
 from bases import Base, base_of, diagnosed
 from figures import Figure, report
 from null_logs import alarm
@@ -24,9 +24,8 @@ from standard_cases import standard_cases
 from standard_set import Case, simulate_case
 
 from sym2real.cli.results import plain_simulator
-from sym2real.diagnosis import add, try_effect
+from sym2real.diagnosis import try_effect
 from sym2real.experiments.study.sweep import Tell
-from sym2real.symbolic import Equations
 
 BENCH = "standard answers"
 
@@ -74,15 +73,6 @@ def answers(base: Base, case: Case, more: tuple[str, dict[str, float]], tell: Te
         **{"robot": case.robot, "truth": key, "more": more[0], "fit": fit},
         **{"answer": answer, "again": again, "further": further},
     }
-
-
-def with_findings(equations: Equations, answer: Record) -> Equations:
-    """The model that a diagnosis leaves."""
-    found = [
-        (one["effect"], {name: estimate["value"] for name, estimate in one["parameters"].items()})
-        for one in answer["findings"]
-    ]
-    return add(equations, found) if found else equations
 
 
 def chosen(options: Options, robot: str) -> Iterator[tuple[Case, tuple[str, dict[str, float]]]]:

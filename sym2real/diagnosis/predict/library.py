@@ -11,10 +11,9 @@ from sympy import Expr, Integer, Symbol
 from torch import Tensor
 
 from sym2real.effects import Effect, compose, effect
-from sym2real.effects.filters import without_quantities
 from sym2real.effects.inputs import ANGLE
 from sym2real.effects.kind import Parameter
-from sym2real.effects.terms import ACTING
+from sym2real.effects.terms import ACTING, without_quantities
 from sym2real.layout import Layout
 from sym2real.symbolic import Equations, compile_function, compile_model, symbol
 from sym2real.symbolic.period import at_period, steps_within

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from sym2real.effects.truth import ACTUATORS
+from sym2real.effects.truth import ACTUATORS, delay
 from sym2real.errors import ModelError
 from sym2real.experiments.standard_conditions import sensors
 from sym2real.protocols import Change
@@ -28,9 +28,7 @@ def latency(robot: Robot, rng: np.random.Generator, value: float) -> Change:
     """Every control acts ``value`` s late, by MuJoCo's delayed controls: its own rollouts know what is under way."""
 
     def edit(spec: Any) -> None:
-        for actuator in spec.actuators:
-            actuator.delay += value
-            actuator.nsample = int(np.ceil(actuator.delay / spec.option.timestep)) + 2
+        delay(spec, spec.actuators, value)
 
     return Change(f"latency {value:g} s", edit=edit)
 

@@ -179,6 +179,19 @@ def test_errors_far_from_what_noise_and_disturbances_make_beside_something_left_
         assert verdict(other, problems_of(800)) == "EFFECT"
 
 
+def test_an_error_that_the_findings_do_not_lower_is_another_thing_that_is_left() -> None:
+    """A load, and rates that lag a little in a log without noise: the place is right, the attitude as it was."""
+    ladder = stage("base", 1.5, 0.9), stage("+ added_mass", 0.03, 0.9)
+    floor = (Floor(0.8, {"position": (0.02, "m"), "attitude": (0.08, "rad"), "velocity": (10.0, "m/s")}),)
+    found, left = (Finding("added_mass", {}, 1.0),), (Leftover("misfit", "attitude", 0.99, "", motion=0.02),)
+    other = Parts((), found, left, Gate(*ladder), ladder, floor)
+    assert verdict(other, problems_of(800)) == "EFFECT"
+    said = summary("EFFECT", other)
+    assert said.endswith("the attitude error stays 11.2 times what noise and disturbances make.")
+    lowered = stage("base", 1.5, 1.5), ladder[1]
+    assert verdict(replace(other, gate=Gate(*lowered), ladder=lowered), problems_of(800)) == "UNEXPLAINED"
+
+
 def test_what_removes_less_of_the_misfit_than_it_leaves_is_no_answer_beside_something_left() -> None:
     """Of a rotor that fails in the middle of flights weaker torques remove two fifths."""
     gate, left = Gate(stage("base", 3.0, 1.0), stage("+ torque_scale", 1.2, 1.0)), Leftover("time", "ty", 0.6, "")

@@ -24,7 +24,9 @@ from sym2real.diagnosis.search.needed import Needed, Predicted, keep_needed
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.search.settled import plainer_set, refuted, settle
 from sym2real.effects import effect
-from sym2real.robots import CRAZYFLIE
+from sym2real.experiments.noisy_runs import noisy_runs
+from sym2real.robots import CRAZYFLIE, MUSHR
+from sym2real.tasks import make_task
 
 WIND = {"fx": 0.02, "fy": -0.01}
 DRAG = {"cx": 0.01, "cy": 0.01, "cz": 0.01}
@@ -127,6 +129,47 @@ def test_what_else_is_missing_does_not_stand_in_an_effects_place() -> None:
     assert "rate_loop_gain" not in groups_of(near)["wind"]
 
 
+def test_a_set_in_which_two_effects_are_others_stands_for_both() -> None:
+    """As play and a lag do for a gain and a delay: what takes one effect's place alone takes it there."""
+    keys = ("wind", "added_mass", "linear_drag", "quadratic_drag")
+    flights = flights_with_all({"wind": WIND, "added_mass": {"value": 0.003}})
+    near = Near.of(chosen(keys, "wind", "added_mass", flights=flights))
+    near = replace(near, places=tuple(replace(place, alternatives=()) for place in near.places))
+    others = [other for other in near.selection.candidates if "drag" in other.name]
+    twin = replace(near.present, chosen=tuple(others))
+    both = replace(near, elsewhere=(twin,))
+    assert {key: {*keys[2:]} <= {*group} for key, group in groups_of(both).items()} == dict.fromkeys(keys[:2], True)
+    wind, mass = near.places
+    alone = replace(mass, alternatives=(replace(mass.empty, chosen=(*mass.empty.chosen, others[0])),))
+    known = groups_of(replace(both, places=(wind, alone)))
+    assert (others[0].name in known["wind"], others[0].name in known["added_mass"]) == (False, True)
+    assert (others[1].name in known["wind"], others[1].name in known["added_mass"]) == (True, False)
+    worse = replace(twin, held_out=2 * twin.held_out)
+    assert groups_of(replace(near, elsewhere=(worse,))) == groups_of(near)
+    # Each has half of the weight, until it counts that the other does the same.
+    assert both.probabilities()["wind"] == pytest.approx(0.5, abs=0.01)
+    assert both.probabilities(groups_of(both))["wind"] > 0.99
+
+
+def test_sets_further_away_are_those_that_were_fitted_and_hold() -> None:
+    near = Near.of(chosen(("wind", "added_mass", "linear_drag"), "wind"))
+    around = {own.names for place in near.places for own in place.sets} | {own.names for own in near.larger}
+    assert near.elsewhere == ()
+    further = {own.names for own in near.with_elsewhere().elsewhere}
+    selection = near.selection
+    assert further == {
+        names
+        for names, own in selection.known.items()
+        if names not in around | {near.present.names} and selection.holds(own)
+    }
+    (mass,) = (own for own in selection.candidates if own.name == "added_mass")
+    far = selection.beside([mass], selection.fit)
+    assert selection.known[far.names].fit.total <= far.fit.total
+    assert (far.names in {own.names for own in near.with_elsewhere().elsewhere}) == (
+        far.names not in around and selection.holds(far)
+    )
+
+
 def test_equal_losses_weigh_alike_and_a_lower_one_more() -> None:
     near = Near.of(chosen(("wind",)))
     folds = torch.rand(8, generator=torch.Generator().manual_seed(0), dtype=torch.float64)
@@ -208,6 +251,26 @@ def test_numbers_count_that_differ_from_none() -> None:
     short = chosen(("wind",), "wind", flights=flights_with("wind", WIND, count=1, steps=100))
     assert short.problems.block_count < 10
     assert short.complexity(short.present) == (0, 0)
+
+
+def test_a_share_that_goes_with_another_parameter_is_no_number_of_its_own() -> None:
+    """Of a delay the part by which a command's mean acts: at none, at all of it, it is one delay."""
+    base, tasks = MUSHR.nominal(), [make_task("circle", MUSHR)]
+    data = noisy_runs(MUSHR, tasks, [("delay", {"value": 0.1})], count=2, rows=200, dither=1.0, seed=0)
+    library = Library.of(base, [effect("delay", base)])
+    selection = Selection(weighed_problems(library, data), candidates(library, data), library.null)
+    (delay,) = selection.candidates
+    (scored,) = selection.ranked(selection.present, [delay])
+    selection.put([delay], scored.fit)
+    shares = [slot for slot in delay.slots if not library.slots[slot].parameter.acts_alone]
+    assert shares
+    counts = []
+    for share in (0.0, 1.0):
+        values = selection.fit.values.clone()
+        values[shares] = share
+        known = replace(selection.fit, values=values, curvature=1e6 * selection.fit.curvature)  # to the last digit
+        counts.append(selection.complexity(replace(selection.present, fit=known)))
+    assert counts[0] == counts[1]
 
 
 @pytest.mark.slow

@@ -7,6 +7,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+import torch
 from noisy_flights import LEFT_OUT, flights_with
 from weighed_problems import weighed_problems
 
@@ -25,7 +26,7 @@ from sym2real.diagnosis.search.near import Near, groups_of
 from sym2real.diagnosis.search.needed import LAST_THIRD
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.settings import SETTINGS
-from sym2real.diagnosis.unexplained.explaining import beyond_floor, find_far
+from sym2real.diagnosis.unexplained.explaining import beyond_floor, find_far, odd_pieces_notes
 from sym2real.diagnosis.unexplained.leftover import Leftover, find_misfit
 from sym2real.effects import effect
 from sym2real.experiments.noisy_runs import noisy_runs
@@ -410,3 +411,17 @@ def test_a_single_log_is_scored_behind_its_fit() -> None:
 
 def test_a_horizon_of_jittering_stamps_is_said_in_three_digits() -> None:
     assert Fall(0.319992, "position", 0.231).text == "of position after 0.32 s falls by 23 %"
+
+
+def test_pieces_that_hardly_count_are_told_with_their_log_and_time() -> None:
+    problems = problems_of(800)
+    trust = torch.ones(len(problems.problem.segments), dtype=torch.float64)
+    assert odd_pieces_notes(replace(problems, whitening=replace(problems.whitening, trust=trust))) == ()
+    trust[3] = 0.1
+    (note,) = odd_pieces_notes(replace(problems, whitening=replace(problems.whitening, trust=trust)))
+    segments, (log,) = problems.problem.segments, problems.data
+    first, last = log.time[[segments.row[3], segments.row[3] + segments.length - 1]] - log.time[0]
+    assert note == (
+        f"1 of {len(trust)} pieces, in 1 of 1 logs, are unlike all others and hardly count: "
+        f"look at {log.name} ({first:.1f} to {last:.1f} s)"
+    )

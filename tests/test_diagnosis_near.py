@@ -70,7 +70,7 @@ def test_what_an_unknown_start_does_is_no_error_of_a_hypothesis() -> None:
 def test_an_effect_that_is_there_outweighs_drag_and_nothing() -> None:
     near = Near.of(chosen(("wind", "linear_drag"), "wind"))
     assert near.probabilities()["wind"] > 0.99
-    assert len(near.shifts(near.places[0].candidate)[0]) == 1  # nothing stands beside it
+    assert len(near.sets_with(near.places[0].candidate)[0]) == 1  # nothing stands beside it
 
 
 def test_an_interval_covers_what_one_effect_more_would_make_of_a_value() -> None:

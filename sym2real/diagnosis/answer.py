@@ -18,7 +18,7 @@ from sym2real.diagnosis.score.finding import Finding, Scored, applied, findings_
 from sym2real.diagnosis.score.held_out import Gate
 from sym2real.diagnosis.score.prediction_refit import PredictionRefit
 from sym2real.diagnosis.search.beam import SearchResult
-from sym2real.diagnosis.unexplained.explaining import disturbance_notes
+from sym2real.diagnosis.unexplained.explaining import disturbance_notes, odd_pieces_notes
 from sym2real.diagnosis.unexplained.leftover import Leftover
 from sym2real.diagnosis.unexplained.term import Term
 from sym2real.json_objects import fields_of
@@ -158,6 +158,7 @@ def conclude(scored: Scored, leftovers: tuple[Leftover, ...], proposal: Term | N
     suspects = {} if findings or not any(leftover.matters for leftover in leftovers) else result.suspects()
     parts = Parts(prepared.checked.faults, findings, leftovers, scored.gate, scored.stages, scored.floor, suspects)
     answer = verdict(parts, prepared.problems, finished=result.finished)
+    beside = (*odd_pieces_notes(prepared.problems), *disturbance_notes(scored.floor))
     return Diagnosis(
         verdict=answer,
         summary=upward("summary")(answer, parts, interrupted="" if result.finished else "the search"),
@@ -165,7 +166,7 @@ def conclude(scored: Scored, leftovers: tuple[Leftover, ...], proposal: Term | N
         proposal=proposal,
         held_out=scored.steps.names_of(prepared.scored),
         apart=prepared.question.held_out is not None,
-        notes=(*result.notes, *disturbance_notes(scored.floor), *cut_notes(scored.horizons, prepared.question.horizon)),
+        notes=(*result.notes, *beside, *cut_notes(scored.horizons, prepared.question.horizon)),
         **_of_search(result),
     )
 

@@ -114,12 +114,6 @@ class Near:
         sets += [effects for effects in self.elsewhere if candidate in effects.chosen]
         return sets, self.weights(*(effects.held_out for effects in sets))
 
-    def shifts(self, candidate: Candidate) -> tuple[Tensor, Tensor]:
-        """Of an effect's values in the sets that have it from those in the chosen one ``# (sets, P)``, and weights."""
-        sets, weights = self.sets_with(candidate)
-        values = torch.stack([effects.fit.values for effects in sets])
-        return values - values[0], weights
-
     def weights(self, *losses: Tensor) -> Tensor:
         """Weights of sets ``# (sets,)`` by the losses per fold of each ``# (folds,)``."""
         whitening = self.selection.problems.whitening

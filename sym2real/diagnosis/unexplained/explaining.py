@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from sym2real.diagnosis.data.windows import JUDGED_AT, judged
 from sym2real.diagnosis.errors.floor import Floor, SensorNoise, floor_of_explained
 from sym2real.diagnosis.errors.rungs import Rung
+from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.whitening import Whitened
 from sym2real.diagnosis.score.finding import Scored, applied
 from sym2real.diagnosis.settings import SETTINGS
@@ -16,6 +19,9 @@ from sym2real.diagnosis.unexplained.dependence import find_dependence
 from sym2real.diagnosis.unexplained.features import part_of_changes
 from sym2real.diagnosis.unexplained.leftover import MISFIT, Leftover, Rest, find_leftovers, find_misfit
 from sym2real.diagnosis.unexplained.term import Term, propose
+
+# Logs that a note names.
+LISTED = 3
 
 
 def explain_rest(scored: Scored) -> tuple[tuple[Leftover, ...], Term | None]:
@@ -119,6 +125,16 @@ def disturbance_notes(floor: Sequence[Floor]) -> tuple[str, ...]:
     words = "make the {} error {:.1f} times that of noise alone".format(*most)
     instance = "gusts, say, or a part that moves by itself, such as a load on a string"
     return (f"disturbances that follow nothing measured {words}: {instance}",)
+
+
+def odd_pieces_notes(problems: Problems) -> tuple[str, ...]:
+    """Which pieces of the logs are so unlike all others that fits hardly heed them, by their M-estimator weights."""
+    segments, odd = problems.problem.segments, (problems.whitening.trust < SETTINGS.mostly).numpy()
+    first, last = (rows * problems.data.dt for rows in (segments.row, segments.row + segments.length - 1))
+    logs = {int(log): odd & (segments.log == log) for log in np.unique(segments.log[odd])}
+    places = [f"{problems.data[k].name} ({first[at].min():.1f} to {last[at].max():.1f} s)" for k, at in logs.items()]
+    some = f"{odd.sum()} of {len(odd)} pieces, in {len(logs)} of {problems.log_count} logs,"
+    return (f"{some} are unlike all others and hardly count: look at {', '.join(places[:LISTED])}",) if places else ()
 
 
 def worse_than_nothing(scored: Scored) -> tuple[Leftover, ...]:

@@ -169,6 +169,7 @@ def test_an_effect_is_apart_from_another_where_what_that_leaves_of_it_would_be_f
     assert arm.separable is not None
     assert arm.separable > arm.smallest
     assert arm.nearest not in (*arm.like, *arm.always, "lever_arm", "")
+    assert "mean_share" not in {row.parameter for row in found.visible}  # of a delay that is none there is no share
     for row in found.visible:
         limit = row.effect.startswith(("limit", "dead_zone", "rate_limit", "tyre_friction"))
         if row.smallest is not None and row.separable is not None and not limit:

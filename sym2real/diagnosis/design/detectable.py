@@ -143,7 +143,8 @@ def _smooth_rows(
     """A row per parameter, from the sizes from which on it is seen and matters, in units of scale ``# (A,)``."""
     rows, always = [], always_alike(candidate.name, library.equations)
     for place, own, matter, part in zip(candidate.free, seen.tolist(), mattering.tolist(), others, strict=True):
-        slot = library.slots[place].parameter
+        if not (slot := library.slots[place].parameter).acts_alone:  # at none it does nothing
+            continue
         largest = SETTINGS.nearly * max(slot.high - slot.null, slot.null - slot.low)
         sizes = [slot.scale * size for size in (own, own / part.left**0.5, matter)]
         smallest, separable, matters = (size if size < largest else None for size in sizes)

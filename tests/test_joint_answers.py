@@ -139,7 +139,8 @@ def test_a_model_shows_what_was_put_into_it(key: str, quantity: str, tmp_path: P
 
 
 def row(key: str, parameter: str, size: float | None, like: tuple[str, ...] = ()) -> Visible:
-    return Visible(key, parameter, "kg m²", size, None if size is None else 3 * size, like, (), "fast motion")
+    larger = None if size is None else 3 * size
+    return Visible(key, parameter, "kg m²", size, larger, larger, "gain:drive", like, (), "fast motion")
 
 
 @pytest.mark.parametrize("width", [52, 60, 80, 120])
@@ -157,6 +158,8 @@ def test_a_plan_breaks_no_word_and_cuts_no_number(width: int) -> None:
     for word in (*names, "1.2e-05", "3.4e+07", "unseen", "gravity_tilt pitch", "0.00012", "kg m²"):
         assert word in text
     assert f"  {names[0]}: " in text
+    told = text[text.index("what is found before") :]
+    assert f"  {names[1]}: gain:drive, from 1e+08 kg m² on" in " ".join(told.split("\n")).replace("   ", "  ")
 
 
 def test_where_a_model_fails_is_told_by_its_joints(logs: Dataset, tmp_path: Path) -> None:

@@ -151,23 +151,18 @@ def test_a_set_in_which_two_effects_are_others_stands_for_both() -> None:
     assert both.probabilities(groups_of(both))["wind"] > 0.99
 
 
-def test_sets_further_away_are_those_that_were_fitted_and_hold() -> None:
-    near = Near.of(chosen(("wind", "added_mass", "linear_drag"), "wind"))
-    around = {own.names for place in near.places for own in place.sets} | {own.names for own in near.larger}
+def test_sets_further_away_are_those_that_were_fitted_and_hold_the_cheapest_first() -> None:
+    """A load in the wind, and drag: a drag alone leaves so much that it is not beyond chance, a quadratic one is."""
+    keys = ("wind", "added_mass", "linear_drag", "quadratic_drag")
+    flights = flights_with_all({"wind": WIND, "added_mass": {"value": 0.003}, "linear_drag": DRAG})
+    near = Near.of(chosen(keys, "wind", "added_mass", flights=flights))
     assert near.elsewhere == ()
-    further = {own.names for own in near.with_elsewhere().elsewhere}
-    selection = near.selection
-    assert further == {
-        names
-        for names, own in selection.known.items()
-        if names not in around | {near.present.names} and selection.holds(own)
-    }
-    (mass,) = (own for own in selection.candidates if own.name == "added_mass")
-    far = selection.beside([mass], selection.fit)
-    assert selection.known[far.names].fit.total <= far.fit.total
-    assert (far.names in {own.names for own in near.with_elsewhere().elsewhere}) == (
-        far.names not in around and selection.holds(far)
-    )
+    known = [{"linear_drag", "added_mass"}, {"wind", "quadratic_drag"}, set()]
+    assert [own.names for own in near.with_elsewhere().elsewhere] == known
+    drags = [own for own in near.selection.candidates if "drag" in own.name]
+    for drag in drags:
+        near.selection.beside([drag], near.selection.fit)
+    assert [own.names for own in near.with_elsewhere().elsewhere] == [*known[:2], {"quadratic_drag"}, set()]
 
 
 def test_equal_losses_weigh_alike_and_a_lower_one_more() -> None:

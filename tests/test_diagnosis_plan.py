@@ -179,14 +179,12 @@ def test_an_effect_is_apart_from_another_where_what_that_leaves_of_it_would_be_f
 @pytest.mark.parametrize("effect", ["lever_arm", "wind"])
 def test_what_an_effect_leaves_of_another_is_what_its_fit_leaves(effect: str) -> None:
     """Against a fit of the other to logs that have the one: the same number by another way."""
-    robot = MUSHR
-    data = planned_runs(robot, DRIVES, seconds=4.0, yaw_rate=0.0, dither=1.0)
-    library = library_for(robot.nominal(), data, exclude=LEFT_OUT)
+    data = planned_runs(MUSHR, DRIVES, seconds=4.0, yaw_rate=0.0, dither=1.0)
+    library = library_for(MUSHR.nominal(), data, exclude=LEFT_OUT)
     problem = Problem(library, data)
-    whitening = Spread.of(problem, library.null).whitening(
-        torch.full((len(problem.segments.channel),), 1e-4, dtype=torch.float64),
-        torch.full((len(Spread.of(problem, library.null).names),), 1e-2, dtype=torch.float64),
-    )
+    spread = Spread.of(problem, library.null)
+    sizes = (len(problem.segments.channel), 1e-4), (len(spread.names), 1e-2)
+    whitening = spread.whitening(*(torch.full((count,), size, dtype=torch.float64) for count, size in sizes))
     problems = Problems.of(problem, whitening)
     smooth = [own for own in candidates(library, data) if not own.needs_start]
     changes = Changes.of(problems, smooth)

@@ -154,9 +154,7 @@ def _judged(
     judged = {own.name: _alternatives(near, own, empty[own.name], sets) for own, sets in places}
     outdone = tuple(own.name for own, sets in places if sets and _outdone(selection, own, sets[0], judged[own.name][0]))
     refused = tuple(key for key in keys if key not in supported or key in outdone)
-    least = {key: max(SETTINGS.gain, SETTINGS.mostly * beside[key]) for key in keys}
-    worth_it = {key: [other for other in judged[key] if other.better or other.gain > least[key]] for key in keys}
-    lines = tuple(other for key in keys for other in worth_it[key][:MOST_ALTERNATIVES])
+    lines = tuple(other for key in keys for other in _worth_a_line(judged[key], beside[key]))
     verdict = {"beside": beside, "unneeded": unneeded, "outdone": outdone, "rivals": lines, "refused": refused}
     return {**verdict, "supported": not refused}, {key: () if key in refused else judged[key] for key in keys}
 
@@ -172,6 +170,11 @@ def _supported(
     apart = Predicted(copy(selection), prepared.library, prepared.checked.data)
     small = {member.name for member in keep_needed(apart).dropped}
     return tuple(key for key in keys if key in shown - small), tuple(key for key in keys if key in shown & small)
+
+
+def _worth_a_line(alternatives: Sequence[Alternative], beside: float) -> Sequence[Alternative]:
+    least = max(SETTINGS.gain, SETTINGS.mostly * beside)
+    return [other for other in alternatives if other.better or other.gain > least][:MOST_ALTERNATIVES]
 
 
 def _fitted(prepared: Prepared, keys: Sequence[str]) -> tuple[Selection, float]:

@@ -169,20 +169,20 @@ def _swinging(problems: Problems, predictions: Predictions | None, tested: int) 
     return rows
 
 
-def _threshold_row(candidate: Candidate, changes: Changes, predictions: Predictions | None, needed: float) -> Visible:
+def _threshold_row(own: Candidate, changes: Changes, predictions: Predictions | None, needed: float) -> Visible:
     """The mildest sizes of an effect with a threshold that would be found, separable, and that would matter."""
     problem, library = changes.problems.problem, changes.problems.library
-    effect, slot = library.effects[candidate.name], library.slots[candidate.free[0]].parameter
+    effect, slot = library.effects[own.name], library.slots[own.free[0]].parameter
     levels = effect.searching.sizes(effect.body, values_for(library.equations, effect, problem.data))
     sets = library.null.repeat(len(levels) + 1, 1)
-    sets[1:, candidate.free[0]] = torch.as_tensor(np.asarray(levels))
+    sets[1:, own.free[0]] = torch.as_tensor(np.asarray(levels))
     residuals = problem.residuals(sets)
     squares, others = changes.others((residuals[1:] - residuals[0]).permute(1, 2, 0))
     left = torch.tensor([part.left * (not part.like) for part in others], dtype=torch.float64)
     smallest, separable = (_first(levels, part > needed) for part in (squares, squares * left))
     matters = None if predictions is None else _first(levels, predictions.matter(sets[1:]))
-    nearest = next((part.nearest for part, size in zip(others, levels, strict=True) if size == smallest), "")
-    return Visible(candidate.name, slot.name, slot.unit, smallest, separable, matters, nearest, (), (), effect.shown_by)
+    like, nearest, _ = next((part for part, size in zip(others, levels, strict=True) if size == smallest), Others())
+    return Visible(own.name, slot.name, slot.unit, smallest, separable, matters, nearest, like, (), effect.shown_by)
 
 
 def _first(levels: Sequence[float], enough: Tensor) -> float | None:

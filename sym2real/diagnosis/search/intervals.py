@@ -74,10 +74,10 @@ def estimates(selection: Selection, candidate: Candidate, fit: Fit, near: Near |
     """
     by_parameter, by_inertia = {}, _by_inertia(selection, candidate, fit)
     sets, weights = near.sets_with(candidate) if near else ([selection.present], torch.ones(1))
-    values = torch.stack([effects.fit.values for effects in sets])
+    shifts = torch.stack([effects.fit.values - sets[0].fit.values for effects in sets])
     for index, (slot, value, half) in zip(candidate.free, _around(selection, candidate, fit), strict=True):
         known = half < math.inf
-        ends = averaged_ends(value, half, (values - values[0])[:, index], weights) if known else (slot.low, slot.high)
+        ends = averaged_ends(value, half, shifts[:, index], weights) if known else (slot.low, slot.high)
         either = [end * factor for end in ends for factor in (1.0, by_inertia)] if known else ends
         low, high = map(slot.domain.nearest, (min(either), max(either)))
         by_parameter[slot.name] = Estimate(value, low, high, slot.unit, known)

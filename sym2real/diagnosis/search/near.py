@@ -87,7 +87,9 @@ class Near:
         return cls(selection, places, present, by_price(selection, beyond_chance))
 
     def with_elsewhere(self) -> Near:
-        """The same with sets of which two effects or more differ: play and a lag for a gain and a delay."""
+        """The same with sets that are not around, of which two effects are others, as a gain and a delay for play and a
+        lag, or one that is not in the place of another (see :class:`Place`).
+        """
         selection, around = self.selection, [*self.larger, *(own for place in self.places for own in place.sets)]
         here = {self.present.names, *(effects.names for effects in around)}
         ordered = sorted(selection.known.values(), key=lambda effects: effects.price)

@@ -17,6 +17,7 @@ from sym2real.diagnosis.estimate.whitening import Spread
 from sym2real.diagnosis.predict.candidate import candidates
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
+from sym2real.diagnosis.search.effect_set import EffectSet
 from sym2real.diagnosis.search.intervals import estimates, none_within
 from sym2real.diagnosis.search.narrow import join_narrow
 from sym2real.diagnosis.search.near import Near, Place, groups_of
@@ -43,6 +44,12 @@ def chosen(keys: tuple[str, ...], *names: str, flights: Dataset | None = None) -
         (scored,) = selection.ranked(selection.present, [one])
         selection.put([*selection.chosen, one], scored.fit)
     return selection
+
+
+def plainer(selection: Selection, gone: tuple[str, ...] = ()) -> EffectSet | None:
+    """A plainer set than the one that was chosen, one exchange away."""
+    near = Near.of(selection)
+    return plainer_set(near, near.exchanged, gone)
 
 
 def test_what_an_unknown_start_does_is_no_error_of_a_hypothesis() -> None:
@@ -273,13 +280,31 @@ def test_an_effect_that_saves_no_more_than_the_standard_error_gives_way_to_a_pla
     """A linear drag has three numbers; of a small quadratic one it explains as much, of a linear one surely more."""
     keys, flights = ("linear_drag", "quadratic_drag"), flights_with("quadratic_drag", {"value": 0.003})
     linear, quadratic = (chosen(keys, key, flights=flights) for key in keys)
-    found = plainer_set(Near.of(linear), ())
+    found = plainer(linear)
     assert found is not None
     assert found.candidate.name == "quadratic_drag"
-    assert plainer_set(Near.of(linear), ("quadratic_drag",)) is None
-    assert plainer_set(Near.of(quadratic), ()) is None
+    assert plainer(linear, gone=("quadratic_drag",)) is None
+    assert plainer(quadratic) is None
     strong = flights_with("linear_drag", {"cx": 0.03, "cy": 0.03, "cz": 0.03})
-    assert plainer_set(Near.of(chosen(keys, "linear_drag", flights=strong)), ()) is None
+    assert plainer(chosen(keys, "linear_drag", flights=strong)) is None
+
+
+def test_a_plainer_set_of_which_two_effects_are_others_takes_the_place_of_what_stands() -> None:
+    """A quadratic drag that joins neither a mass nor a gain of the thrust, and is known beside the gain."""
+    flights = flights_with_all({"quadratic_drag": {"value": 0.008}, "added_mass": {"value": 0.002}})
+    selection = chosen(("linear_drag", "added_mass", "gain:thrust", "quadratic_drag"), flights=flights)
+    linear, mass, gain, drag = selection.candidates
+    mass, gain = (replace(own, excludes=(drag.name,)) for own in (mass, gain))
+    selection.candidates = [linear, mass, gain, drag]
+    for own in (mass, linear):
+        (scored,) = selection.ranked(selection.present, [own])
+        selection.put(scored.chosen, scored.fit)
+    predicted = Predicted(selection, selection.problems.problem.library, selection.problems.problem.data)
+    settle(predicted)
+    assert selection.present.names == {mass.name, linear.name}
+    selection.beside([gain, drag], selection.fit)
+    settle(predicted)
+    assert {own.name for own in selection.chosen} in ({gain.name, drag.name}, {mass.name, drag.name})
 
 
 @pytest.mark.parametrize(("logs", "stays"), [(4, False), (8, True)], ids=["four logs", "eight logs"])

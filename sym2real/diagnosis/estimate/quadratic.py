@@ -65,10 +65,7 @@ class Fit:
         """The same with some of the free parameters only, and the nuisance."""
         index = [*self.places(slots), *range(len(self.free), len(self.whole))]
         return replace(
-            self,
-            free=tuple(slots),
-            gradient=self.gradient[:, index],
-            curvature=self.curvature[:, index][:, :, index],
+            self, free=tuple(slots), gradient=self.gradient[:, index], curvature=self.curvature[:, index][:, :, index]
         )
 
     def without(self, slots: Sequence[int], step: Tensor) -> Fit:

@@ -33,11 +33,9 @@ def join_narrow(needed: Needed, predicted: Predicted) -> Needed:
 
 
 def _stands(predicted: Predicted, larger: EffectSet) -> bool:
-    if not predicted.bears_out(larger):
-        return False
     selection = copy(predicted.selection)
     selection.put(larger.chosen, larger.fit)
-    return refuted(Near.of(selection)) is None
+    return predicted.bears_out(larger) and refuted(Near.of(selection)) is None
 
 
 def _narrow(selection: Selection) -> Iterator[EffectSet]:
@@ -47,16 +45,14 @@ def _narrow(selection: Selection) -> Iterator[EffectSet]:
     lag below the base's own is reported as none, and is none.
     """
     problems, count = selection.problems, len(selection.chosen) + 1
-    library = problems.problem.library
     if problems.log_count < SETTINGS.fewest_logs or count > SETTINGS.most_findings:
         return
-    effects = selection.present
-    reference, screened = selection.screening(effects)
+    reference, screened = selection.screening(selection.present)
     most = (1 - PROMISING * SETTINGS.gain_of(count) / len(problems.whitening.sensor)) * reference
     smooth = [(other, start) for loss, other, start in screened[:REFITTED] if loss < most and not other.needs_start]
-    for larger in selection.refitted(effects.chosen, smooth):
+    for larger in selection.refitted(selection.chosen, smooth):
         reported, slots = parameter_set(selection, larger.chosen, larger.fit.values), larger.candidate.slots
         least = least_gain(problems, larger.candidate, larger.fit.values, count)
-        saves = larger.loss < (1 - least) * effects.loss and bool((reported != library.null)[slots].any())
-        if saves and selection.holds(larger):
+        there = bool((reported != problems.library.null)[slots].any())
+        if there and larger.loss < (1 - least) * selection.present.loss and selection.holds(larger):
             yield larger

@@ -86,6 +86,11 @@ class Near:
         beyond_chance = [larger for larger in beside if selection.significant(larger.fit, larger.candidate)]
         return cls(selection, places, present, by_price(selection, beyond_chance))
 
+    @property
+    def exchanged(self) -> list[EffectSet]:
+        """Sets with another effect in the place of one, which costs less than none there."""
+        return [other for place in self.places for other in place.worth_it]
+
     def with_elsewhere(self) -> Near:
         """The same with sets that are not around, of which two effects are others, as a gain and a delay for play and a
         lag, or one that is not in the place of another (see :class:`Place`).
@@ -128,12 +133,9 @@ class Near:
 def _place(selection: Selection, candidate: Candidate, joined: Mapping[str, EffectSet], present: EffectSet) -> Place:
     """The place of an effect of the present set; of others, by their names, that set with them (``joined``)."""
     rest = selection.without(selection.present, candidate)
-
-    def beside(other: EffectSet) -> bool:
-        both = joined.get(other.candidate.name)
-        return both is not None and selection.surely_cheaper(both, other)
-
-    others = [other for other in selection.larger(rest) if other.candidate is not candidate and not beside(other)]
+    others = [other for other in selection.larger(rest) if other.candidate is not candidate]
+    both = {other.candidate.name: joined.get(other.candidate.name, other) for other in others}
+    others = [other for other in others if not selection.surely_cheaper(both[other.candidate.name], other)]
     inside = [other for other in others if not selection.at_bound(other.fit, other.candidate)]
     ends = [by_own_starts(selection, other) for other in others if other not in inside]
     outdone = any(selection.surely_cheaper(other, present) for other in ends)

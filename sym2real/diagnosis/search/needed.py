@@ -114,8 +114,7 @@ class Predicted:
 
     def established(self, fit: Fit, candidate: Candidate) -> bool:
         """Whether whole logs tell an effect of a fit from trim."""
-        selection = self.selection
-        return beyond_trim(selection.problems, fit, candidate, selection.origin, selection.tested)
+        return beyond_trim(self.selection.problems, fit, candidate, self.selection.origin, self.selection.tested)
 
     def needs_most(self, larger: Sequence[EffectSet]) -> EffectSet | None:
         """Of sets with one effect more than was chosen, that whose one predictions need most; None if none."""

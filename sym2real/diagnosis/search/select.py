@@ -88,7 +88,7 @@ class Selection:
 
     def beside(self, chosen: Sequence[Candidate], fit: Fit) -> EffectSet:
         """Effects, fitted from the values that they have in another fit."""
-        values, slots = self.origin.clone(), [slot for candidate in chosen for slot in candidate.slots]
+        values, slots = self.origin.clone(), [*self.problems.nuisance, *(slot for own in chosen for slot in own.slots)]
         values[slots] = fit.values[slots]
         return self.set_of(chosen, self.problems.fit([Hypothesis(self.free(chosen), values)])[0])
 
@@ -235,10 +235,7 @@ class Selection:
 
     def without(self, effects: EffectSet, candidate: Candidate) -> EffectSet:
         """A set of effects but one, fitted from the fit of all of them."""
-        rest = [other for other in effects.chosen if other is not candidate]
-        values = effects.fit.values.clone()
-        values[candidate.slots] = self.origin[candidate.slots]
-        return self.set_of(rest, self.problems.fit([Hypothesis(self.free(rest), values)])[0])
+        return self.beside([other for other in effects.chosen if other is not candidate], effects.fit)
 
 
 def reported(value: float, origin: float, parameter: Parameter) -> float:

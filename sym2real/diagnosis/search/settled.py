@@ -12,24 +12,39 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
 
+from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.search.effect_set import EffectSet
 from sym2real.diagnosis.search.intervals import none_within
-from sym2real.diagnosis.search.near import Near, Place
+from sym2real.diagnosis.search.near import Near, Place, by_own_starts
 from sym2real.diagnosis.search.needed import Needed, Predicted, keep_needed
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.settings import SETTINGS
 
 
 def settle(predicted: Predicted) -> Needed:
-    """Drop effects that predictions do not need, and those that the logs do not bear out, until all others stand."""
-    selection, needed = predicted.selection, keep_needed(predicted)
-    dropped, gone = needed.dropped, {candidate.name for candidate in needed.dropped}
-    while more := predicted.needs_most(_asked_again(selection, gone)) or _instead(Near.of(selection), gone):
-        gone |= {candidate.name for candidate in selection.chosen if candidate not in more.chosen}
+    """Drop effects that predictions do not need, and those that the logs do not bear out, until all others stand.
+
+    What is refuted beside some effects need not be beside others: a delay beside play gives way to a lag, and stands
+    beside a gain. So a plainer set further away that costs no more takes the place of what stands if it stands, too.
+    """
+    selection, needed = predicted.selection, _settled(predicted, predicted.selection.present)
+    near = Near.of(selection).with_elsewhere()
+    if (other := plainer_set(near, near.elsewhere)) is not None:
+        instead = _settled(predicted, other)
+        if plainer_set(near, [by_own_starts(selection, selection.present)]) is not None:
+            return instead
+        selection.put(near.present.chosen, near.present.fit)
+    return needed
+
+
+def _settled(predicted: Predicted, more: EffectSet | None) -> Needed:
+    selection, dropped, seen = predicted.selection, tuple[Candidate, ...](), frozenset[str]()
+    while more is not None:
         selection.put(more.chosen, more.fit)
+        seen |= more.names
         needed = keep_needed(predicted)
-        dropped += needed.dropped
-        gone |= {candidate.name for candidate in needed.dropped}
+        dropped, gone = dropped + needed.dropped, seen - selection.present.names
+        more = predicted.needs_most(_asked_again(selection, gone)) or _instead(Near.of(selection), gone)
     return Needed(dropped, needed.small)
 
 
@@ -43,17 +58,17 @@ def _asked_again(selection: Selection, gone: Collection[str]) -> list[EffectSet]
 def _instead(near: Near, gone: Collection[str]) -> EffectSet | None:
     """What takes the place of an effect that the logs do not bear out, or of one that is not plain; None otherwise."""
     place = refuted(near, gone)
-    return plainer_set(near, gone) if place is None else _in_place(near.selection, place, gone)
+    return plainer_set(near, near.exchanged, gone) if place is None else _in_place(near.selection, place, gone)
 
 
-def plainer_set(near: Near, gone: Collection[str]) -> EffectSet | None:
-    """The cheapest set with a plainer effect in the place of one that saves no more than the standard error beside it.
+def plainer_set(near: Near, sets: Sequence[EffectSet], gone: Collection[str] = ()) -> EffectSet | None:
+    """The cheapest of sets that are plainer than the present one, if that saves no more than the standard error.
 
     A torque about each axis does what a weak rotor does. The one-standard-error rule: L. Breiman et al.,
     "Classification and Regression Trees", 1984, section 3.4.3.
     """
     selection, most = near.selection, near.selection.complexity(near.present)
-    plainer = [other for place in near.places for other in place.worth_it if selection.complexity(other) < most]
+    plainer = [other for other in sets if selection.complexity(other) < most]
     alike = [other for other in plainer if not selection.surely_cheaper(near.present, other)]
     return next(_standing(selection, alike, gone), None)
 
@@ -69,9 +84,8 @@ def refuted(near: Near, gone: Collection[str] | None = None) -> Place | None:
 
     def costs_less(place: Place) -> bool:
         instead = present if gone is None else _in_place(selection, place, gone)
-        alike = len(instead.chosen) == len(present.chosen)
-        plain = selection.complexity(instead) <= selection.complexity(present)
-        return alike and plain and instead.price < present.price
+        cheaper = instead.price < present.price and len(instead.chosen) == len(present.chosen)
+        return cheaper and selection.complexity(instead) <= selection.complexity(present)
 
     doubtful = [
         place

@@ -276,6 +276,18 @@ def test_functions_broadcast_and_constants_fill_the_batch() -> None:
     torch.testing.assert_close(found[..., 1], a[..., 0] * pq[..., 0] + pq[..., 1])
 
 
+def test_what_is_defined_stands_for_its_expression() -> None:
+    """One definition may use another; what none defines is still refused."""
+    definitions = {"force": parse_expression("k*slip"), "slip": parse_expression("atan2(a, sqrt(p**2 + q**2))")}
+    over = [("a",), ("p", "q", "k")]
+    function = compile_function([parse_expression("force + slip")], over, definitions)
+    put_in = compile_function([parse_expression("(1 + k)*atan2(a, sqrt(p**2 + q**2))")], over)
+    given = normal(0, 5, 1), normal(1, 5, 3)
+    torch.testing.assert_close(function(*given), put_in(*given))
+    with pytest.raises(UnknownNameError, match="slip"):
+        compile_function([parse_expression("force")], over, {"force": definitions["force"]})
+
+
 def test_unknown_names_and_bad_shapes_are_refused() -> None:
     with pytest.raises(UnknownNameError, match="did you mean 'thrust'"):
         Equations.parse(LAYOUTS, {**dict.fromkeys(LAYOUTS.state, "0"), "x": "thurst"}, 0.02)

@@ -49,8 +49,10 @@ def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
     stiffness = Matrix.diag(*(loop.inertia * loop.gain for loop in loops))
     aims = Matrix([loop.command for loop in loops]) + stiffness.inv() * (torques - rates.cross(more * rates))
     inertia = (Matrix.diag(*(loop.inertia for loop in loops)) + more)[:2, :2]
-    # Not by elimination, which may divide by what is null.
-    level = inertia.adjugate() / inertia.det() * stiffness[:2, :2] * equations.dt
+    # Not by elimination, which may divide by what is null; nor by SymPy's determinant, which simplifies for a minute.
+    determinant = inertia[0, 0] * inertia[1, 1] - inertia[0, 1] ** 2
+    adjugate = Matrix([[inertia[1, 1], -inertia[0, 1]], [-inertia[0, 1], inertia[0, 0]]])
+    level = adjugate / determinant * stiffness[:2, :2] * equations.dt
     left = Matrix.diag(_exponential(level), loops[2].kept)
     ends = aims + left * (rates - aims)
     return apply_wrench(

@@ -4,7 +4,7 @@ import hashlib
 import linecache
 import sys
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from threading import RLock
@@ -90,25 +90,31 @@ def compile_model(
     return model
 
 
-def compile_function(expressions: Sequence[Expr], arguments: Sequence[Sequence[str]]) -> torch.jit.ScriptModule:
+def compile_function(
+    expressions: Sequence[Expr], arguments: Sequence[Sequence[str]], definitions: Mapping[str, Expr] | None = None
+) -> torch.jit.ScriptModule:
     """Scripted ``f(*tensors)``: values ``# (..., len(expressions))`` of expressions over named columns.
 
     Args:
         expressions: what to compute.
         arguments: names of the columns of each tensor argument ``# (..., k_i)``; leading dimensions broadcast.
+        definitions: names that stand for expressions, as quantities do; putting them in would have SymPy simplify what
+            comes of it, for minutes where it holds angles of roots.
 
     Raises:
         ModelError: when a function is not supported, with its name.
-        UnknownNameError: when an expression uses a name that no argument has.
+        UnknownNameError: when an expression uses a name that no argument has and nothing defines.
     """
-    return script(build_function(expressions, arguments))
+    return script(build_function(expressions, arguments, definitions))
 
 
-def build_function(expressions: Sequence[Expr], arguments: Sequence[Sequence[str]]) -> nn.Module:
+def build_function(
+    expressions: Sequence[Expr], arguments: Sequence[Sequence[str]], definitions: Mapping[str, Expr] | None = None
+) -> nn.Module:
     """Plain module of :func:`compile_function`, for ``torch.compile`` and ``torch.export``."""
     if not expressions or not all(len(columns) for columns in arguments) or not arguments:
         raise ModelError("expected at least one expression and one column per argument")
-    source = function_source([canonical(expression) for expression in expressions], arguments)
+    source = function_source([canonical(expression) for expression in expressions], arguments, definitions)
     return class_from_source(source, "Function")()
 
 

@@ -37,10 +37,12 @@ def step_program(equations: Equations) -> Program:
     return make_program(graph, on_manifold(graph, layouts.state, columns))
 
 
-def function_program(expressions: Sequence[Expr], names: Sequence[str]) -> Program:
-    """Values of the expressions over the names."""
+def function_program(
+    expressions: Sequence[Expr], names: Sequence[str], definitions: Mapping[str, Expr] | None = None
+) -> Program:
+    """Values of the expressions over the names, and over what is defined by them."""
     graph = Graph(names)
-    lowering = Lowering(graph)
+    lowering = Lowering(graph, definitions)
     return make_program(graph, [graph.whole(lowering.lower(expression)) for expression in expressions])
 
 
@@ -143,10 +145,12 @@ def measured_inputs(equations: Equations) -> tuple[str, ...]:
     return tuple(column for column in used if column != TIME and not is_push(column))
 
 
-def function_source(expressions: Sequence[Expr], arguments: Sequence[Sequence[str]]) -> str:
+def function_source(
+    expressions: Sequence[Expr], arguments: Sequence[Sequence[str]], definitions: Mapping[str, Expr] | None = None
+) -> str:
     """Source of the class ``Function``: one tensor argument per group of column names."""
     groups = {f"a{i}": tuple(columns) for i, columns in enumerate(arguments)}
-    program = function_program(expressions, [name for columns in arguments for name in columns])
+    program = function_program(expressions, [name for columns in arguments for name in columns], definitions)
     methods, constants = methods_of(program, groups, ())
     checks = [f'assert {g}.shape[-1] == {len(c)}, "expected the columns {" ".join(c)}"' for g, c in groups.items()]
     unbind = [f"{group}_columns = list(torch.unbind({group}, -1))" for group in groups]

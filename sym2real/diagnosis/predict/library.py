@@ -13,7 +13,7 @@ from torch import Tensor
 from sym2real.effects import Effect, compose, effect
 from sym2real.effects.inputs import ANGLE
 from sym2real.effects.kind import Parameter
-from sym2real.effects.terms import ACTING, without_quantities
+from sym2real.effects.terms import ACTING
 from sym2real.layout import Layout
 from sym2real.symbolic import Equations, compile_function, compile_model, symbol
 from sym2real.symbolic.period import at_period, steps_within
@@ -189,10 +189,9 @@ def hidden_start_of(equations: Equations) -> torch.jit.ScriptModule | None:
     """(state, action, inputs, parameters) → first values of hidden states."""
     if not equations.start:
         return None
-    start = [without_quantities(equations, expression) for expression in equations.start.values()]
     layouts = equations.layouts
     groups = [layouts.state.columns, layouts.action.columns, layouts.inputs.columns, tuple(equations.parameters)]
-    return compile_function(start, [group for group in groups if group])
+    return compile_function([*equations.start.values()], [group for group in groups if group], equations.quantities)
 
 
 @lru_cache(maxsize=8)

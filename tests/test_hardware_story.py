@@ -33,7 +33,6 @@ def flown(model: Equations, record: Path) -> Flight:
         return fly(plant, controller, task, seconds=SECONDS)
 
 
-@pytest.mark.slow
 def test_the_second_flight_knows_what_the_first_has_shown(tmp_path: Path) -> None:
     base = CRAZYFLIE.nominal()
     first = flown(base, tmp_path / "first.parquet")

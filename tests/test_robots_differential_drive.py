@@ -195,7 +195,6 @@ def test_a_wheel_rolls_by_its_own_radius_however_far_it_sinks_into_the_floor(tmp
         assert robot.numbers["left_per_speed"] == pytest.approx(1 / 0.05, rel=1e-4)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("key", "values", "alike"), HIDDEN, ids=[key for key, *_ in HIDDEN])
 def test_a_hidden_effect_is_named(key: str, values: dict[str, float], alike: set[str], base: Equations) -> None:
     found = diagnose(base, drives([(key, values)]))

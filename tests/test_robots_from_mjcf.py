@@ -385,7 +385,6 @@ HIDDEN = [
 ]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("key", "values", "alike"), HIDDEN, ids=[key for key, *_ in HIDDEN])
 def test_a_hidden_effect_of_the_cart_pole_is_named(
     key: str, values: dict[str, float], alike: set[str], equations: dict[str, Equations]

@@ -76,7 +76,6 @@ def test_weak_rotors_are_no_mass(base: Equations) -> None:
     assert value.low < 0.9 < value.high
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("key", "values", "alike"), HIDDEN, ids=[key for key, *_ in HIDDEN])
 def test_a_hidden_effect_of_the_hexarotor_is_named(
     key: str, values: dict[str, float], alike: set[str], base: Equations
@@ -89,7 +88,6 @@ def test_a_hidden_effect_of_the_hexarotor_is_named(
         assert first.values["rotor"] == 5
 
 
-@pytest.mark.slow
 def test_a_plain_hexarotor_misses_nothing(base: Equations) -> None:
     found = diagnose(base, noisy_flights())
     assert (found.verdict, found.findings) == ("NOTHING_MISSING", ())

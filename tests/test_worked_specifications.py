@@ -61,7 +61,8 @@ def test_ardupilot(tmp_path: Path) -> None:
 
 def test_cfclient(tmp_path: Path) -> None:
     cells = {"stateEstimateZ.x": 1500.0, "stabilizer.pitch": 30.0, "gyro.z": 180.0, "stabilizer.thrust": 36000.0}
-    log = read(tmp_path, "Crazyflie", **cells)
+    log = read(tmp_path, "Crazyflie", **cells, **{"controller.pitchRate": 90.0, "gyro.y": -90.0})
+    assert log.column("wy_cmd")[5] == log.column("wy")[5] == pytest.approx(-np.pi / 2)  # as the firmware's rate loop
     assert log.column("x")[5] == 1.5
     assert turned(log) == pytest.approx([0.0, -30.0, 0.0], abs=1e-9)
     assert log.column("wz")[5] == pytest.approx(np.pi)

@@ -377,6 +377,20 @@ def test_what_a_torque_throws_within_a_row_does_not_jump() -> None:
     assert (spike.columns, np.flatnonzero(spike.rows[0]).tolist()) == (("slider_rate",), [50])
 
 
+def test_spikes_of_a_yaw_rate_are_told_though_the_model_forgets_them_within_a_row() -> None:
+    """A bicycle turns as it steers: from a spike it predicts the way back, and the way to it from nowhere."""
+
+    def spiked(log: Trajectory) -> Trajectory:
+        return log.with_columns({"wz": log.column("wz") + np.where(np.arange(len(log)) % 90 == 60, 5.0, 0.0)})
+
+    data = healthy("mushr")
+    found = check(ROBOTS["mushr"].nominal(), Dataset(map(spiked, data)))
+    (fault,) = found.faults
+    count = sum(len(range(60, len(log), 90)) for log in data)
+    assert fault.evidence == f"wz jumps: {count} of {data.rows} rows are off by far more than any step"
+    assert max(float(np.abs(log.column("wz")).max()) for log in found.data) < 4.0
+
+
 def test_a_yaw_rate_that_overshoots_as_the_steering_goes_over_is_no_spike() -> None:
     """Tyres that build up a turn, ζ = 0.25 and 30 rad/s in rows of 50 ms, as it goes from the right to the left."""
     robot, rows = ROBOTS["mushr"], 400

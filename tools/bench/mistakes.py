@@ -80,7 +80,7 @@ def in_unit(name: str, columns: tuple[str, ...], factor: float) -> Mistake:
     first = columns[0]
     keys = tuple(f"sensor_scale:{column}" for column in columns) if len(columns) == 1 else ()
     return Mistake(f"{first} … in {name}" if len(columns) > 1 else f"{first} in {name}", scaled(columns, factor),
-                   rf"\b{first}\b.*( instead of|in no unit of) ", keys)  # fmt: skip
+                   rf"\b{first}\b.*( instead of|in no unit of|in {re.escape(name)} looks the same)", keys)  # fmt: skip
 
 
 def _rows(log: Columns) -> int:

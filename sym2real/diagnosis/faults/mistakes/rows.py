@@ -172,7 +172,7 @@ def _jumping(data: Dataset, columns: tuple[str, ...], model: Equations | None) -
 def _unpredicted(
     model: Equations | None, data: Dataset, columns: tuple[str, ...], jumps: list[NDArray[np.int64]]
 ) -> list[NDArray[np.int64]]:
-    """Rows of each log to which values jump, without those where a model's step from the row before is most of it."""
+    """Rows of each log to which values jump and back, without those where a model's step from before is most of it."""
     stepping = from_row_to_row(model, data) if model is not None and any(map(len, jumps)) else None
     if stepping is None:
         return jumps
@@ -181,8 +181,10 @@ def _unpredicted(
         before = (torch.as_tensor(part[there - 1]) for part in (log.state, log.action, log.step_inputs))
         missed = log.state[there][:, places] - predict(*before).numpy()[:, places]
         whole = log.state[there][:, places] - log.state[there - 1][:, places]
-        moved = np.linalg.norm(missed, axis=1) < SETTINGS.mostly * np.linalg.norm(whole, axis=1)
-        left.append(there[~moved])
+        jumped = np.linalg.norm(missed, axis=1) >= SETTINGS.mostly * np.linalg.norm(whole, axis=1)
+        # A model that starts from a value that has jumped tells nothing of the way back.
+        back = [there - row for row in there[jumped]]
+        left.append(there[jumped | np.any([(rows > 0) & (rows <= SETTINGS.spike_rows) for rows in back], axis=0)])
     return left
 
 

@@ -181,10 +181,11 @@ def _unpredicted(
         before = (torch.as_tensor(part[there - 1]) for part in (log.state, log.action, log.step_inputs))
         missed = log.state[there][:, places] - predict(*before).numpy()[:, places]
         whole = log.state[there][:, places] - log.state[there - 1][:, places]
-        jumped = np.linalg.norm(missed, axis=1) >= SETTINGS.mostly * np.linalg.norm(whole, axis=1)
-        # A model that starts from a value that has jumped tells nothing of the way back.
-        back = [there - row for row in there[jumped]]
-        left.append(there[jumped | np.any([(rows > 0) & (rows <= SETTINGS.spike_rows) for rows in back], axis=0)])
+        part = np.linalg.norm(missed, axis=1) / np.linalg.norm(whole, axis=1)
+        # A model that starts from a value which has jumped from nowhere tells nothing of the way back.
+        back = [there - row for row in there[part >= SETTINGS.nearly]]
+        kept = np.any([part >= SETTINGS.mostly, *((rows > 0) & (rows <= SETTINGS.spike_rows) for rows in back)], axis=0)
+        left.append(there[kept])
     return left
 
 

@@ -18,7 +18,7 @@ from sym2real.diagnosis import add, diagnose
 from sym2real.diagnosis.estimate import full_model
 from sym2real.diagnosis.estimate.calibrate import refined
 from sym2real.diagnosis.estimate.fit import Problems
-from sym2real.diagnosis.estimate.full_model import improved, lower_factor
+from sym2real.diagnosis.estimate.full_model import improved, root
 from sym2real.diagnosis.estimate.preparation import whiten
 from sym2real.diagnosis.estimate.quadratic import Hypothesis
 from sym2real.diagnosis.estimate.simulator import flown_along
@@ -126,20 +126,21 @@ def test_hidden_memory_has_as_long_to_settle_in_a_fast_log() -> None:
     assert max(missed) < 2e-4  # m or rad; through eight rows it would be 2e-3
 
 
-def test_rounding_leaves_a_curvature_with_a_factor() -> None:
-    """As logs without noise gave it: two parameters that are one, and a smallest eigenvalue of -6e-11."""
+@pytest.mark.parametrize("smallest", [-6e-11, -1e-6])
+def test_rounding_leaves_a_curvature_with_a_factor(smallest: float) -> None:
+    """As logs without noise gave it, long ones and of a second: two parameters that are one, and less than nothing."""
     rng = np.random.default_rng(0)
     sensitivity = rng.normal(size=(200, 6)) * 10.0 ** rng.uniform(0, 6, 6)
     sensitivity[:, 5] = 3.0 * sensitivity[:, 4]
     curvature = sensitivity.T @ sensitivity
     scale = np.sqrt(np.outer(curvature.diagonal(), curvature.diagonal()))
     values, vectors = np.linalg.eigh(curvature / scale)
-    values[0] = -6e-11
+    values[0] = smallest
     indefinite = (vectors * values) @ vectors.T * scale
     with pytest.raises(np.linalg.LinAlgError):
         np.linalg.cholesky(indefinite)
-    lower = lower_factor(indefinite)
-    np.testing.assert_allclose(lower @ lower.T / scale, curvature / scale, atol=1e-8)
+    factor = root(indefinite)
+    np.testing.assert_allclose(factor @ factor.T / scale, curvature / scale, atol=1e-8 + 2 * abs(smallest))
 
 
 @pytest.mark.parametrize("prior", [1.0, 1e5])

@@ -86,18 +86,18 @@ def _bounded_step(problems: Problems, fit: Fit, centre: Tensor) -> Tensor:
     """Minimum of the quadratic model and the prior within bounds, as a step in units of scale ``# (A,)``."""
     library, slots = problems.library, list(fit.free)
     values, unit = fit.values[slots], library.scale[slots]
-    curvature = fit.curvature.sum(0).numpy() + PRIOR * np.eye(len(slots))
+    factor = root(fit.curvature.sum(0).numpy() + PRIOR * np.eye(len(slots)))
     gradient = fit.gradient.sum(0).numpy() + PRIOR * ((values - centre[slots]) / unit).numpy()
-    lower = lower_factor(curvature)
     low, high = (((bound[slots] - values) / unit).numpy() for bound in library.bounds)
-    target = -np.linalg.solve(lower, gradient)
-    result = lsq_linear(lower.T, target, (np.minimum(low, -1e-12), np.maximum(high, 1e-12)), method="bvls")
-    return torch.as_tensor(result.x)
+    target, bounds = -np.linalg.solve(factor, gradient), (np.minimum(low, -1e-12), np.maximum(high, 1e-12))
+    return torch.as_tensor(lsq_linear(factor.T, target, bounds, method="bvls").x)
 
 
-def lower_factor(curvature: Array) -> Array:
-    """Cholesky factor ``# (A, A)`` of a curvature that rounding may have made indefinite.
+def root(curvature: Array) -> Array:
+    """A square root L of a curvature that rounding may have made indefinite, L Lᵀ ``# (A, A)``.
 
-    Logs almost without noise have so large a weight that rounding exceeds the prior.
+    Logs almost without noise have so large a weight that rounding exceeds the prior, where they are short by far.
     """
-    return np.asarray(np.linalg.cholesky(curvature + ROUNDING * np.diag(curvature.diagonal())), dtype=np.float64)
+    scale = np.sqrt(curvature.diagonal())[:, None]
+    values, vectors = np.linalg.eigh(curvature / (scale * scale.T))
+    return np.asarray(scale * vectors * np.sqrt(np.maximum(values, ROUNDING)))

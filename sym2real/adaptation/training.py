@@ -67,14 +67,14 @@ class Training:
             base = unless_withdrawn(self.inform(data, base), models, reports)
         digest, before = digest_of(base), reports[-1].learned
         warm = digest == before.base and digest_of(models[-1]) != digest and models[-1] is not given
-        model, penalty, refused = self._trained(data, base, models[-1] if warm and number > 1 else None)
+        model, penalty, refused = self._trained(data, base, models[-1] if warm and number > 1 else None, below(given))
         seconds = time.perf_counter() - started
         if model is None:
             return _best(models, reports, data.rows, seconds, refused)
         return model, Learned(data.rows, seconds, digest, effects_of(base), penalty)
 
-    def _trained(self, data: Dataset, base: Base, start: Model | None) -> tuple[Model | None, float, str]:
-        """What the learner makes of the logs, λ, and why it must not be flown."""
+    def _trained(self, data: Dataset, base: Base, start: Model | None, sound: Base) -> tuple[Model | None, float, str]:
+        """What the learner makes of the logs, λ, and why it must not be flown, held against a base that is sound."""
         fit = getattr(self.learner, "fit_reported", None)
         penalty = float("nan")
         try:
@@ -85,7 +85,7 @@ class Training:
                 penalty = float("nan") if report.penalty is None else report.penalty
         except ModelError as error:
             return None, penalty, str(error)
-        refused = "" if self.robot is None else beyond_limits(model, base, list(data), self.robot, self.seed)
+        refused = "" if self.robot is None else beyond_limits(model, sound, list(data), self.robot, self.seed)
         return None if refused else model, penalty, refused
 
 

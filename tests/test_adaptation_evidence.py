@@ -1,0 +1,34 @@
+"""What an adaptation takes as evidence: which models may fly, which logs it learns from, and what a crash says."""
+
+from __future__ import annotations
+
+import pytest
+from tracked import episode
+
+from sym2real.adaptation import Adapting, adapt
+from sym2real.dataset import Dataset
+from sym2real.effects import compose, effect
+from sym2real.experiments.learners import NoResidual
+from sym2real.plants import MujocoPlant
+from sym2real.robots import CRAZYFLIE
+from sym2real.symbolic import Equations
+from sym2real.trajectory import Trajectory
+
+BASE = CRAZYFLIE.nominal()
+ONE = Adapting(rounds=1)
+
+
+@pytest.fixture(scope="module")
+def flights() -> list[Trajectory]:
+    return [episode(MujocoPlant(CRAZYFLIE), steps=80, seed=seed, name=f"flight {seed}") for seed in range(2)]
+
+
+def four_times_the_thrust(logs: Dataset, equations: Equations) -> Equations:
+    return compose(equations, [(effect("gain:thrust", equations), {"value": 4.0})])
+
+
+def test_informed_equations_that_leave_the_robots_limits_do_not_fly(flights: list[Trajectory]) -> None:
+    """Held against themselves they are never beyond what is sound."""
+    found = adapt(BASE, flights, None, NoResidual(), ONE, robot=CRAZYFLIE, inform=four_times_the_thrust)
+    assert "of its predictions have a" in found.reports[1].learned.refused
+    assert found.models[1] is BASE

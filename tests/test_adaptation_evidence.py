@@ -6,6 +6,7 @@ import pytest
 from tracked import episode
 
 from sym2real.adaptation import Adapting, adapt
+from sym2real.adaptation.model_limits import beyond_limits
 from sym2real.dataset import Dataset
 from sym2real.effects import compose, effect
 from sym2real.experiments.learners import NoResidual
@@ -32,3 +33,13 @@ def test_informed_equations_that_leave_the_robots_limits_do_not_fly(flights: lis
     found = adapt(BASE, flights, None, NoResidual(), ONE, robot=CRAZYFLIE, inform=four_times_the_thrust)
     assert "of its predictions have a" in found.reports[1].learned.refused
     assert found.models[1] is BASE
+
+
+def test_logs_shorter_than_the_horizon_tell_of_limits_too(flights: list[Trajectory]) -> None:
+    """As when every episode has crashed at once."""
+    short = [log.rows(0, 9) for log in flights]
+    assert len(short[0]) < CRAZYFLIE.mppi.horizon / CRAZYFLIE.dt
+    wild = compose(BASE, [(effect("gain:thrust", BASE), {"value": 400.0})])
+    assert "of its predictions have a" in beyond_limits(wild, BASE, short, CRAZYFLIE, 0)
+    assert not beyond_limits(BASE, BASE, short, CRAZYFLIE, 0)
+    assert "no log has two rows" in beyond_limits(BASE, BASE, [flights[0].rows(0, 1)], CRAZYFLIE, 0)

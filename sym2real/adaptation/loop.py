@@ -249,6 +249,7 @@ class _Loop:
             horizon=horizon,
             prediction=float(np.linalg.norm(errors, axis=1).mean()) if len(errors) else float("nan"),
             best_before=best,
+            best_crashed=number > 0 and reports[best].crashed,
             gain=gain,
             tracking=tracking,
             learned=how,

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
+
+import numpy as np
 import pytest
 from tracked import episode
 
 from sym2real.adaptation import Adapting, adapt
+from sym2real.adaptation.fine_tuning import FineTuning
 from sym2real.adaptation.model_limits import beyond_limits
 from sym2real.dataset import Dataset
 from sym2real.effects import compose, effect
+from sym2real.effects.voltage import with_voltage
 from sym2real.experiments.learners import NoResidual
 from sym2real.plants import MujocoPlant
 from sym2real.robots import CRAZYFLIE
@@ -43,3 +49,16 @@ def test_logs_shorter_than_the_horizon_tell_of_limits_too(flights: list[Trajecto
     assert "of its predictions have a" in beyond_limits(wild, BASE, short, CRAZYFLIE, 0)
     assert not beyond_limits(BASE, BASE, short, CRAZYFLIE, 0)
     assert "no log has two rows" in beyond_limits(BASE, BASE, [flights[0].rows(0, 1)], CRAZYFLIE, 0)
+
+
+def test_a_residual_is_learned_beside_an_effect_of_the_logged_voltage(flights: list[Trajectory]) -> None:
+    """Logs hold the battery's voltage as a further column; equations with its effect have it as an input."""
+
+    def inform(logs: Dataset, equations: Equations) -> Equations:
+        return with_voltage(equations, 4.2)
+
+    logs = [replace(log, extra={**log.extra, "vbat": np.linspace(4.2, 4.0, len(log))}) for log in flights]
+    learner = FineTuning(steps=2, passes=1, penalties=(1.0,))
+    found = adapt(BASE, logs, None, learner, ONE, robot=CRAZYFLIE, inform=inform)
+    assert found.models[1].layouts.inputs.columns[-1] == "vbat"
+    assert math.isfinite(found.reports[1].one_step)

@@ -12,7 +12,8 @@ from torch import Tensor
 from sym2real.adaptation.model_limits import beyond_limits
 from sym2real.adaptation.progress import OnProgress, Progress
 from sym2real.adaptation.round_report import Learned, RoundReport, best_of, lost
-from sym2real.dataset import Dataset
+from sym2real.dataset import Dataset, Transitions
+from sym2real.effects.inputs import with_inputs
 from sym2real.errors import ModelError
 from sym2real.neural.composed import Base
 from sym2real.neural.model_folder import Model, below
@@ -76,17 +77,23 @@ class Training:
     def _trained(self, data: Dataset, base: Base, start: Model | None, sound: Base) -> tuple[Model | None, float, str]:
         """What the learner makes of the logs, λ, and why it must not be flown, held against a base that is sound."""
         fit = getattr(self.learner, "fit_reported", None)
-        penalty = float("nan")
+        transitions, penalty = _transitions(data, base), float("nan")
         try:
             if fit is None:
-                model = self.learner.fit(data.transitions(), base, start)
+                model = self.learner.fit(transitions, base, start)
             else:
-                model, report = fit(data.transitions(), base, start)
+                model, report = fit(transitions, base, start)
                 penalty = float("nan") if report.penalty is None else report.penalty
         except ModelError as error:
             return None, penalty, str(error)
         refused = "" if self.robot is None else beyond_limits(model, sound, list(data), self.robot, self.seed)
         return None if refused else model, penalty, refused
+
+
+def _transitions(data: Dataset, base: Base) -> Transitions:
+    """What is learned from, with the inputs of the base: effects may use what logs hold as a further column."""
+    inputs = base.layouts.inputs
+    return (with_inputs(inputs, data) if isinstance(base, Equations) else data).transitions()
 
 
 def _best(

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import torch
 from tracked import episode
 
 from sym2real.adaptation import Adapting, adapt
@@ -15,6 +16,8 @@ from sym2real.adaptation.model_limits import beyond_limits
 from sym2real.dataset import Dataset
 from sym2real.effects import compose, effect
 from sym2real.effects.voltage import with_voltage
+from sym2real.errors import ShapeError
+from sym2real.experiments.informing import informing
 from sym2real.experiments.learners import NoResidual
 from sym2real.plants import MujocoPlant
 from sym2real.robots import CRAZYFLIE
@@ -62,3 +65,16 @@ def test_a_residual_is_learned_beside_an_effect_of_the_logged_voltage(flights: l
     found = adapt(BASE, logs, None, learner, ONE, robot=CRAZYFLIE, inform=inform)
     assert found.models[1].layouts.inputs.columns[-1] == "vbat"
     assert math.isfinite(found.reports[1].one_step)
+
+
+@pytest.mark.parametrize("error", [np.linalg.LinAlgError, torch.linalg.LinAlgError, ShapeError])
+def test_a_diagnosis_that_logs_without_noise_leave_singular_finds_nothing(
+    error: type[Exception], flights: list[Trajectory], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def singular(*_: object, **__: object) -> None:
+        raise error("the input is not positive-definite")
+
+    monkeypatch.setattr("sym2real.experiments.informing.diagnose", singular)
+    told = list[str]()
+    assert informing(None, told.append)(Dataset(flights), BASE) is BASE
+    assert told == ([] if error is ShapeError else ["logs without noise establish nothing"])

@@ -21,7 +21,7 @@ from sym2real.errors import ShapeError
 from sym2real.plants import MujocoPlant
 from sym2real.symbolic import Equations
 
-SINGULAR = (np.linalg.LinAlgError, torch.linalg.LinAlgError)
+SINGULAR = (np.linalg.LinAlgError, torch.linalg.LinAlgError)  # type: ignore[attr-defined]
 
 
 def informing(

@@ -8,17 +8,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
+from numpy.typing import NDArray
 from tracked import episode
 
 from sym2real.adaptation import Adapting, adapt
 from sym2real.adaptation.fine_tuning import FineTuning
 from sym2real.adaptation.model_limits import beyond_limits
+from sym2real.adaptation.predictions import horizon_errors, one_step_error
 from sym2real.dataset import Dataset
 from sym2real.effects import compose, effect
 from sym2real.effects.voltage import with_voltage
 from sym2real.errors import ShapeError
 from sym2real.experiments.informing import informing
 from sym2real.experiments.learners import NoResidual
+from sym2real.layout import Layout, Layouts
+from sym2real.neural import Composed, Descent, Ensemble, EnsembleTraining, ResidualTraining, SymbolicResidual
 from sym2real.plants import MujocoPlant
 from sym2real.robots import CRAZYFLIE
 from sym2real.symbolic import Equations
@@ -78,3 +82,39 @@ def test_a_diagnosis_that_logs_without_noise_leave_singular_finds_nothing(
     told = list[str]()
     assert informing(None, told.append)(Dataset(flights), BASE) is BASE
     assert told == ([] if error is ShapeError else ["logs without noise establish nothing"])
+
+
+def test_logs_of_another_time_step_are_refused_by_learners_and_networks(flights: list[Trajectory]) -> None:
+    """Every other row: what moves in two steps is no step of the model."""
+    half = Dataset([every(log, np.arange(0, len(log), 2)) for log in flights])
+    slow = half.transitions()
+    layouts = Layouts(BASE.layouts.state, BASE.layouts.action)
+    network = Ensemble(layouts, 2, (4,), dt=BASE.dt)
+    narrow = EnsembleTraining(members=2, widths=(4,), descent=Descent(steps=2))
+    for refused in (
+        lambda: FineTuning().fit(slow, BASE),
+        lambda: ResidualTraining(widths=(4,)).fit(slow, BASE),
+        lambda: narrow.fit(slow, network),
+        lambda: one_step_error(network, half),
+        lambda: one_step_error(
+            Composed(network, SymbolicResidual(layouts, {})), [every(flights[0], np.arange(0, 80, 2))]
+        ),
+    ):
+        with pytest.raises(ShapeError, match=r"the model's time step is 0.02 s, the logs' is 0.04 s"):
+            refused()
+    assert math.isfinite(one_step_error(network, flights))
+    assert math.isfinite(one_step_error(Ensemble(layouts, 2, (4,)), flights))  # nobody says its time step
+
+
+def every(log: Trajectory, rows: NDArray[np.int64]) -> Trajectory:
+    """Some rows of a log, as if no others had been measured."""
+    return Trajectory(*(values[rows] for values in (log.time, log.state, log.action, log.inputs)), log.layouts)
+
+
+def test_errors_of_logs_with_another_order_of_columns_are_the_same(flights: list[Trajectory]) -> None:
+    layouts = BASE.layouts
+    turned = Layout((*layouts.state.fields[::-1],))
+    log = flights[0]
+    other = replace(log, state=log.state[:, layouts.state.indices(turned)], layouts=replace(log.layouts, state=turned))
+    assert one_step_error(BASE, [other]) == pytest.approx(one_step_error(BASE, [log]))
+    np.testing.assert_allclose(horizon_errors(BASE, [other], 10), horizon_errors(BASE, [log], 10))

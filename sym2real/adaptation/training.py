@@ -67,7 +67,7 @@ class Training:
         if self.inform is not None and isinstance(base, Equations):
             base = unless_withdrawn(self.inform(data, base), models, reports)
         digest, before = digest_of(base), reports[-1].learned
-        warm = digest == before.base and digest_of(models[-1]) != digest and models[-1] is not given
+        warm = digest == before.base and digest_of(models[-1]) not in (digest, digest_of(given))
         model, penalty, refused = self._trained(data, base, models[-1] if warm and number > 1 else None, below(given))
         seconds = time.perf_counter() - started
         if model is None:

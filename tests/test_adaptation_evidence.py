@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,21 +12,34 @@ import torch
 from numpy.typing import NDArray
 from tracked import episode
 
-from sym2real.adaptation import Adapting, adapt
+from sym2real.adaptation import Adapting, Improvement, adapt
 from sym2real.adaptation.fine_tuning import FineTuning
 from sym2real.adaptation.model_limits import beyond_limits
 from sym2real.adaptation.predictions import horizon_errors, one_step_error
-from sym2real.dataset import Dataset
+from sym2real.adaptation.progress import silent
+from sym2real.adaptation.round_report import Learned, RoundReport
+from sym2real.adaptation.training import Training, digest_of
+from sym2real.dataset import Dataset, Transitions
 from sym2real.effects import compose, effect
 from sym2real.effects.voltage import with_voltage
 from sym2real.errors import ShapeError
 from sym2real.experiments.informing import informing
 from sym2real.experiments.learners import NoResidual
 from sym2real.layout import Layout, Layouts
-from sym2real.neural import Composed, Descent, Ensemble, EnsembleTraining, ResidualTraining, SymbolicResidual
+from sym2real.neural import (
+    Composed,
+    Descent,
+    Ensemble,
+    EnsembleTraining,
+    ResidualMLP,
+    ResidualTraining,
+    SymbolicResidual,
+)
+from sym2real.neural.composed import Base
+from sym2real.neural.model_folder import Model, open_model, save_model
 from sym2real.plants import MujocoPlant
 from sym2real.robots import CRAZYFLIE
-from sym2real.symbolic import Equations
+from sym2real.symbolic import Equations, parse_expression
 from sym2real.trajectory import Trajectory
 
 BASE = CRAZYFLIE.nominal()
@@ -118,3 +132,42 @@ def test_errors_of_logs_with_another_order_of_columns_are_the_same(flights: list
     other = replace(log, state=log.state[:, layouts.state.indices(turned)], layouts=replace(log.layouts, state=turned))
     assert one_step_error(BASE, [other]) == pytest.approx(one_step_error(BASE, [log]))
     np.testing.assert_allclose(horizon_errors(BASE, [other], 10), horizon_errors(BASE, [log], 10))
+
+
+class Recorder:
+    """Returns the base, and keeps what training was to go on from."""
+
+    def fit(self, transitions: Transitions, base: Base, start: Model | None = None) -> Base:
+        self.start = start
+        return base
+
+
+def test_what_was_learned_elsewhere_is_not_gone_on_from_when_its_folder_is_opened_again(
+    flights: list[Trajectory],
+) -> None:
+    layouts = Layouts(BASE.layouts.state, BASE.layouts.action)
+    given, opened = (Composed(BASE, ResidualMLP(layouts, (4,))) for _ in range(2))
+    opened.residual.load_state_dict(given.residual.state_dict())
+    learner, none = Recorder(), Improvement()
+    reports = [
+        RoundReport(
+            number=number, log="log", rows=80, flown=False, crashed=False, horizon=0.8, best_before=0, gain=none,
+            tracking=none, learned=Learned(base=digest_of(BASE)),
+        )
+        for number in range(2)
+    ]  # fmt: skip
+    training = Training(learner, None, None, 0, silent)
+    training.learn(given, [given, opened], reports, [Dataset(flights)])
+    assert learner.start is None
+
+
+def test_a_digest_tells_whatever_the_folder_of_a_model_does(tmp_path: Path) -> None:
+    layouts = Layouts(BASE.layouts.state, BASE.layouts.action)
+    network = Ensemble(layouts, 2, (4,), dt=0.02)
+    slower = Ensemble(layouts, 2, (4,), dt=0.04)
+    texts: list[dict[str, str]] = [{}, {"vx": "0.1*thrust"}, {"vx": "0.2*thrust"}]
+    residuals = [SymbolicResidual(layouts, {c: parse_expression(text) for c, text in each.items()}) for each in texts]
+    models = [BASE, network, slower, *(Composed(network, residual) for residual in residuals)]
+    assert len({digest_of(model) for model in models}) == len(models)
+    for number, model in enumerate(models):
+        assert digest_of(open_model(save_model(model, tmp_path / str(number)))) == digest_of(model)

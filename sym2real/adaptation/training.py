@@ -6,9 +6,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
-from torch import Tensor
-
 from sym2real.adaptation.model_limits import beyond_limits
 from sym2real.adaptation.progress import OnProgress, Progress
 from sym2real.adaptation.round_report import Learned, RoundReport, best_of, lost
@@ -16,7 +13,7 @@ from sym2real.dataset import Dataset, Transitions
 from sym2real.effects.inputs import with_inputs
 from sym2real.errors import ModelError
 from sym2real.neural.composed import Base
-from sym2real.neural.model_folder import Model, below
+from sym2real.neural.model_folder import Model, below, content_of
 from sym2real.protocols import Learner
 from sym2real.robots import Robot
 from sym2real.symbolic import Equations
@@ -128,13 +125,8 @@ def effects_of(model: Model) -> tuple[str, ...]:
 
 
 def digest_of(model: Model) -> str:
-    """What tells a model from another: of its equations and its weights."""
+    """What tells a model from another: all that its folder would hold of it."""
     digest = hashlib.sha256()
-    base = below(model)
-    if isinstance(base, Equations):
-        digest.update(base.to_json().encode())
-    if not isinstance(model, Equations):
-        weights: dict[str, Tensor] = model.state_dict()
-        for name, weight in weights.items():
-            digest.update(name.encode() + np.ascontiguousarray(weight.detach().cpu().numpy()).tobytes())
+    for name, content in content_of(model).items():
+        digest.update(name.encode() + content)
     return digest.hexdigest()

@@ -19,10 +19,11 @@ from sym2real.adaptation.predictions import horizon_errors, one_step_error
 from sym2real.adaptation.progress import silent
 from sym2real.adaptation.round_report import Learned, RoundReport
 from sym2real.adaptation.training import Training, digest_of
+from sym2real.control import geometric_controller
 from sym2real.dataset import Dataset, Transitions
 from sym2real.effects import compose, effect
 from sym2real.effects.voltage import with_voltage
-from sym2real.errors import ShapeError
+from sym2real.errors import ModelError, ShapeError
 from sym2real.experiments.informing import informing
 from sym2real.experiments.learners import NoResidual
 from sym2real.layout import Layout, Layouts
@@ -38,8 +39,10 @@ from sym2real.neural import (
 from sym2real.neural.composed import Base
 from sym2real.neural.model_folder import Model, open_model, save_model
 from sym2real.plants import MujocoPlant
-from sym2real.robots import CRAZYFLIE
+from sym2real.protocols import Controller
+from sym2real.robots import CRAZYFLIE, Robot
 from sym2real.symbolic import Equations, parse_expression
+from sym2real.tasks import Task, make_task
 from sym2real.trajectory import Trajectory
 
 BASE = CRAZYFLIE.nominal()
@@ -171,3 +174,45 @@ def test_a_digest_tells_whatever_the_folder_of_a_model_does(tmp_path: Path) -> N
     assert len({digest_of(model) for model in models}) == len(models)
     for number, model in enumerate(models):
         assert digest_of(open_model(save_model(model, tmp_path / str(number)))) == digest_of(model)
+
+
+def test_a_value_that_is_no_number_is_refused_and_named(flights: list[Trajectory]) -> None:
+    torn = replace(flights[0], state=flights[0].state.copy())
+    torn.state[50, 2] = np.nan
+    with pytest.raises(ShapeError, match="found nan in column z, row 51 of flight 0"):
+        adapt(BASE, [flights[1], torn], None, NoResidual(), ONE, robot=CRAZYFLIE)
+
+
+def test_single_rows_between_gaps_are_left_out(flights: list[Trajectory]) -> None:
+    rows = np.r_[0:30, 50:51, 70:80]
+    found = adapt(BASE, [every(log, rows) for log in flights], None, NoResidual(), ONE, robot=CRAZYFLIE)
+    assert [[len(piece) for piece in log] for log in found.logs] == [[30, 10]] * 2
+    assert all(math.isfinite(report.one_step) for report in found.reports)
+
+
+def test_a_recording_of_one_row_teaches_nothing(flights: list[Trajectory]) -> None:
+    single = flights[0].rows(0, 1)
+    found = adapt(BASE, [single, flights[1]], None, NoResidual(), ONE, robot=CRAZYFLIE)
+    assert math.isnan(found.reports[0].one_step)
+    assert found.reports[1].learned.refused == "no log has two rows to learn from"
+    with pytest.raises(ModelError, match="at least two rows"):
+        adapt(BASE, [single, single], None, NoResidual(), ONE, robot=CRAZYFLIE)
+
+
+class Fallen(MujocoPlant):
+    """Has crashed with its first step."""
+
+    @property
+    def crashed(self) -> bool:
+        return True
+
+
+def flown(model: Model, robot: Robot, task: Task, *, samples: int | None, seed: int) -> Controller:
+    return geometric_controller(robot, task.reference)
+
+
+def test_a_crash_in_the_first_step_ends_nothing() -> None:
+    plant, task = Fallen(CRAZYFLIE), make_task("hover", CRAZYFLIE)
+    found = adapt(BASE, plant, task, NoResidual(), Adapting(rounds=1, steps=80), controller=flown)
+    assert [report.rows for report in found.reports] == [1, 1]
+    assert all(report.crashed for report in found.reports)

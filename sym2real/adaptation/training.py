@@ -75,6 +75,8 @@ class Training:
         """What the learner makes of the logs, λ, and why it must not be flown, held against a base that is sound."""
         fit = getattr(self.learner, "fit_reported", None)
         transitions, penalty = _transitions(data, base), float("nan")
+        if not len(transitions):
+            return None, penalty, "no log has two rows to learn from"
         try:
             if fit is None:
                 model = self.learner.fit(transitions, base, start)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ from sym2real.adaptation.model_limits import beyond_limits
 from sym2real.adaptation.predictions import horizon_errors, one_step_error
 from sym2real.adaptation.progress import silent
 from sym2real.adaptation.round_report import Learned, RoundReport
+from sym2real.adaptation.target import Flights
 from sym2real.adaptation.training import Training, digest_of
 from sym2real.control import geometric_controller
 from sym2real.dataset import Dataset, Transitions
@@ -43,7 +45,7 @@ from sym2real.protocols import Controller
 from sym2real.robots import CRAZYFLIE, Robot
 from sym2real.symbolic import Equations, parse_expression
 from sym2real.tasks import Task, make_task
-from sym2real.trajectory import Trajectory
+from sym2real.trajectory import Array, Trajectory
 
 BASE = CRAZYFLIE.nominal()
 ONE = Adapting(rounds=1)
@@ -216,3 +218,35 @@ def test_a_crash_in_the_first_step_ends_nothing() -> None:
     found = adapt(BASE, plant, task, NoResidual(), Adapting(rounds=1, steps=80), controller=flown)
     assert [report.rows for report in found.reports] == [1, 1]
     assert all(report.crashed for report in found.reports)
+
+
+@pytest.mark.parametrize("lost", [(40,), (80,), (78, 79, 80)])
+def test_an_episode_whose_last_poses_are_missing_has_not_crashed(lost: tuple[int, ...]) -> None:
+    """The last known state goes on, as others go on between known ones."""
+
+    class Lost(MujocoPlant):
+        def reset(self, *given: Any, **named: Any) -> Array:
+            self.steps = 0
+            return super().reset(*given, **named)
+
+        def step(self, action: Array) -> Array:
+            self.steps, state = self.steps + 1, super().step(action)
+            return np.full_like(state, np.nan) if self.steps + 1 in lost else state
+
+    plant, task = Lost(CRAZYFLIE), make_task("circle", CRAZYFLIE)
+    flights = Flights(plant, CRAZYFLIE, task, 80, None, 0, silent, lambda *_, **__: Resting())
+    log = flights.log(0, BASE)
+    assert log.rows == 80
+    assert np.isfinite(log[0].state).all()
+    assert not flights.judged(log)[0]
+
+
+class Resting:
+    """Sends what keeps the robot where it is, whatever is seen."""
+
+    def reset(self) -> None: ...
+
+    def remember(self, action: Array) -> None: ...
+
+    def act(self, state: Array, step: int, inputs: Array | None = None) -> Array:
+        return np.asarray(CRAZYFLIE.rest)

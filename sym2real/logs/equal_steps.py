@@ -47,10 +47,10 @@ def without_holes(log: Trajectory, dt: float) -> Trajectory:
     """
     periods = np.maximum(np.ceil(np.diff(log.time) / dt - 0.5), 1.0)
     log = replace(log, time=dt * np.concatenate([[0.0], np.cumsum(periods)]))
-    known = np.isfinite(log.state).all(axis=1)
-    if known.any() and not known[-1]:
-        last = log.state[known][-1]
-        log, known = replace(log, state=np.vstack([log.state[:-1], last])), np.append(known[:-1], True)
+    known, end = np.flatnonzero(np.isfinite(log.state).all(axis=1)), len(log) - 1
+    if len(known) and known[-1] < end:
+        log = replace(log, state=np.vstack([log.state[:end], log.state[known[-1]]]))
+        known = np.append(known, end)
     parts = {name: getattr(log, name)[known] for name in ("time", *log.layouts.groups)}
     extra = {name: values[known] for name, values in log.extra.items()}
     made = resampled(replace(log, **parts, extra=extra), dt)

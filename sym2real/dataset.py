@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from math import nan
 from pathlib import Path
 from typing import TypeAlias
 
@@ -135,8 +136,9 @@ class Dataset:
 
     @property
     def dt(self) -> float:
-        """Median time step in s over the trajectories."""
-        return float(np.median([trajectory.dt for trajectory in self.trajectories]))
+        """Median time step in s over the trajectories; NaN where none has two rows."""
+        steps = [trajectory.dt for trajectory in self.trajectories if len(trajectory) > 1]
+        return float(np.median(steps)) if steps else nan
 
     @property
     def rows(self) -> int:

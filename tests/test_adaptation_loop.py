@@ -20,9 +20,9 @@ from sym2real.adaptation import Adaptation, Adapting, Improvement, adapt, improv
 from sym2real.adaptation.episode_report import episode_cost
 from sym2real.adaptation.predictions import horizon_errors, in_shares, one_step_error
 from sym2real.adaptation.progress import silent
-from sym2real.adaptation.round_report import Learned, RoundReport, best_of, settled
+from sym2real.adaptation.round_report import Learned, RoundReport, best_of, lost, settled
 from sym2real.adaptation.rounds import Rounds
-from sym2real.adaptation.training import Training
+from sym2real.adaptation.training import Training, unless_withdrawn
 from sym2real.control import RandomCommands
 from sym2real.dataset import Dataset, Transitions
 from sym2real.diagnosis import add
@@ -205,6 +205,7 @@ def test_a_log_too_short_to_learn_from_ends_nothing() -> None:
     assert found.reports[0].error > 0.5 * CRAZYFLIE.limits.workspace * (1.0 - found.reports[0].rows / 120)
     assert found.reports[0].cost > found.reports[0].error * 0.5
     assert not settled(found.reports)
+    assert [report.best_crashed for report in found.reports] == [False, True]
 
 
 def recordings(count: int) -> list[Dataset]:
@@ -366,6 +367,27 @@ def test_the_best_model_predicts_better_and_flies_no_worse() -> None:
     flies = round_of(1, gain=Improvement(-0.3, -0.6, -0.1), tracking=Improvement(0.5, 0.4, 0.6))
     assert best_of([first, flies]) == 1
     assert not flies.surely_worse
+
+
+def test_a_crash_is_evidence_where_the_best_model_did_not_crash() -> None:
+    """Of the episode that it cut short nothing can be compared row by row."""
+    unknown = {"gain": Improvement(-0.01, -0.1, 0.08), "tracking": Improvement()}
+    whole, crashed = round_of(0, **unknown), round_of(0, crashed=True, **unknown)
+    fallen = [round_of(number, crashed=True, **unknown) for number in (1, 2)]
+    assert [report.surely_worse for report in fallen] == [True, True]
+    assert lost([whole, *fallen])
+    assert best_of([whole, *fallen]) == 0
+    assert not replace(fallen[0], best_crashed=True).surely_worse
+    assert not replace(fallen[0], learned=Learned(refused="it is the best one, again")).surely_worse
+    assert best_of([crashed, round_of(1, **unknown)]) == 1
+    assert best_of([crashed, round_of(1, gain=Improvement(-0.3, -0.5, -0.1), tracking=Improvement())]) == 0
+
+
+def test_effects_that_crashed_are_withdrawn() -> None:
+    base = CRAZYFLIE.nominal()
+    weak = compose(base, [(effect("gain:thrust", base), {"value": 0.5})])
+    fallen = round_of(1, crashed=True, tracking=Improvement(), learned=Learned(effects=("gain:thrust",)))
+    assert unless_withdrawn(weak, [base, weak], [round_of(0), fallen]) is base
 
 
 def test_the_loop_stops_when_nothing_gets_better() -> None:

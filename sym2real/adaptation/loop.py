@@ -31,7 +31,7 @@ from sym2real.neural.model_folder import Model
 from sym2real.protocols import Learner, Plant
 from sym2real.robots import Robot
 from sym2real.tasks import Task
-from sym2real.trajectory import Trajectory
+from sym2real.trajectory import Trajectory, require_finite
 from sym2real.upward import upward
 
 if TYPE_CHECKING:
@@ -137,6 +137,7 @@ def adapt(
 
     Raises:
         ModelError: without a task to fly, with fewer than two recordings, or when the folder holds another run.
+        ShapeError: for a recording with values that are no finite number.
         DataError: when what the folder holds cannot be read, or nothing can be written there.
 
     Examples:
@@ -183,7 +184,10 @@ def source_of(
     if isinstance(target, Sequence):
         if len(target) < 2:
             raise ModelError(f"expected at least two logs, one to learn from and one that scores, found {len(target)}")
-        return Recordings(tuple(_at_equal_steps(recording, robot) for recording in target))
+        recordings = tuple(_at_equal_steps(recording, robot) for recording in target)
+        if all(recording.rows < 2 for recording in recordings):
+            raise ModelError("expected logs of at least two rows, found none")
+        return Recordings(recordings)
     if task is None or robot is None:
         raise ModelError("expected a robot and a task to fly in a plant")
     made = controller or mppi_controller
@@ -191,8 +195,12 @@ def source_of(
 
 
 def _at_equal_steps(recording: Dataset | Trajectory, robot: Robot | None) -> Dataset:
-    dt = robot.dt if robot else None
-    return Dataset(piece for log in logs_in(recording) for piece in equal_steps(log, dt))
+    """The pieces of a recording; a single row between two gaps is none, as no step follows it."""
+    dt, pieces = robot.dt if robot else None, list[Trajectory]()
+    for log in logs_in(recording):
+        require_finite(log)
+        pieces += equal_steps(log, dt)
+    return Dataset([piece for piece in pieces if len(piece) > 1] or pieces)
 
 
 @dataclass(frozen=True)
@@ -227,7 +235,7 @@ class _Loop:
     ) -> RoundReport:
         number, model, log = len(reports), models[-1], logs[-1]
         horizon = HORIZON if self.robot is None or self.target.recorded else self.robot.mppi.horizon
-        steps = round(horizon / log.dt)
+        steps = round(horizon / self.target.dt)
         errors, best = horizon_errors(model, log, steps), best_of(reports) if reports else 0
         gain = tracking = Improvement()
         if number and not how.refused:
@@ -249,6 +257,7 @@ class _Loop:
             horizon=horizon,
             prediction=float(np.linalg.norm(errors, axis=1).mean()) if len(errors) else float("nan"),
             best_before=best,
+            best_crashed=number > 0 and reports[best].crashed,
             gain=gain,
             tracking=tracking,
             learned=how,

@@ -1,8 +1,8 @@
 """Whether a model may be flown: what it predicts around recorded flights must be what the robot can do.
 
-Commands are drawn as MPPI draws them, about those that were recorded; the model is rolled out over MPPI's horizon from
-recorded states. Rollouts in which the base does no better do not count: they are the place's doing, not the model's.
-Nor do a few: what is not finite has no weight in MPPI.
+Commands are drawn as MPPI draws them, about those that were recorded; the model is rolled out over MPPI's horizon, or
+the longest log where all are shorter, from recorded states. Rollouts in which the base does no better do not count:
+they are the place's doing, not the model's. Nor do a few: what is not finite has no weight in MPPI.
 """
 
 from collections.abc import Sequence
@@ -29,14 +29,14 @@ def beyond_limits(model: Model, base: Model, logs: Sequence[Trajectory], robot: 
     Args:
         model: to be flown.
         base: that is known to be sound.
-        logs: recorded; those that are longer than MPPI's horizon give the starts.
+        logs: recorded; those that are longer than the rollouts give the starts.
         robot: gives limits and MPPI's sampling.
         seed: of the commands.
     """
-    steps = round(robot.mppi.horizon / robot.dt)
+    steps = min(round(robot.mppi.horizon / robot.dt), max(map(len, logs), default=0) - 1)
+    if steps < 1:
+        return "no log has two rows to check its predictions on"
     starts = [(log, row) for log in logs for row in range(len(log) - steps)]
-    if not starts:
-        return ""
     chosen = [starts[place] for place in np.linspace(0, len(starts) - 1, ROLLOUTS).astype(int)]
     noise = _noise(robot, steps, seed)
     predicted, start = _rolled_out(model, chosen, noise, robot)
@@ -80,7 +80,7 @@ def _excesses(predicted: Tensor, start: Tensor, robot: Robot) -> dict[str, Tenso
     excesses = {"value that is not finite": ~predicted.isfinite().flatten(1).all(dim=1), **excesses}
     if layout.has_field("position") and "velocity" in limits:
         gone = _largest(predicted[..., layout.slice("position")] - start[:, None, layout.slice("position")])
-        reach = limits["velocity"] * robot.mppi.horizon
+        reach = limits["velocity"] * robot.dt * predicted.shape[1]
         excesses[f"position more than {reach:.3g} m from the start"] = gone > reach
     return excesses
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sym2real.dataset import Dataset
-from sym2real.effects.along_logs import predicted_from, prepared
+from sym2real.effects.along_logs import in_columns_of, predicted_from, prepared
 from sym2real.neural.model_folder import Model
 from sym2real.trajectory import Array, Trajectory
 
@@ -19,8 +19,8 @@ def horizon_errors(model: Model, logs: Iterable[Trajectory], steps: int) -> Arra
     In m, of joints in their units; a field of the state that says where the robot is has a column. None of short logs.
     """
     errors = []
-    for log in logs:
-        rows = np.arange(0, len(log) - steps, max(1, round(STRIDE / log.dt)))
+    for log in (in_columns_of(model, log) for log in logs):
+        rows = np.arange(0, len(log) - steps, max(1, round(STRIDE / log.dt))) if len(log) > steps else np.arange(0)
         state = log.layouts.state
         away = _away(model, log, rows, steps) if len(rows) else np.empty((0, state.size))
         errors.append([np.linalg.norm(away[:, state.slice(field.name)], axis=1) for field in state.placing])
@@ -43,7 +43,7 @@ def in_shares(errors: Array, of: Array) -> Array:
 
 def one_step_error(model: Model, logs: Iterable[Trajectory]) -> float:
     """One-step prediction error relative to how far states move, root mean square over state columns."""
-    long = [log for log in logs if len(log) > 1]
+    long = [in_columns_of(model, log) for log in logs if len(log) > 1]
     if not long:
         return float("nan")
     wrong, moved = (
@@ -57,6 +57,6 @@ def one_step_error(model: Model, logs: Iterable[Trajectory]) -> float:
 
 
 def _away(model: Model, log: Trajectory, rows: NDArray[np.int64], steps: int) -> Array:
-    """Predicted less measured state some steps after rows of a log ``# (windows, state)``."""
+    """Predicted less measured state some steps after rows of a log in the model's columns ``# (windows, state)``."""
     predicting, (ready,) = prepared(model, Dataset([log]))
     return predicted_from(predicting, ready, rows, steps)[:, -1].numpy() - log.state[rows + steps]

@@ -47,6 +47,7 @@ class RoundReport:
         horizon: in s.
         prediction: mean error in m of the position predicted that far ahead on this log.
         best_before: round whose model was the best before this one; on this log the two are compared.
+        best_crashed: whether that round ended early.
         gain: by how much the prediction is better than with that model.
         tracking: by how much the position error is, row by row.
         learned: how its model came about.
@@ -63,6 +64,7 @@ class RoundReport:
     horizon: float
     prediction: float = math.nan
     best_before: int
+    best_crashed: bool = False
     gain: Improvement
     tracking: Improvement
     learned: Learned
@@ -76,8 +78,11 @@ class RoundReport:
     def surely_worse(self) -> bool:
         """Whether its model flew this log worse than the best one before, beyond the interval, or predicted it so.
 
-        A model that flew surely better may predict what it likes: flying is what it is for.
+        A model that flew surely better may predict what it likes: flying is what it is for. One that crashed where the
+        best did not flew worse, though no interval says so; where it is the best one that flew again, it did not.
         """
+        if self.crashed and not self.best_crashed and not self.learned.refused:
+            return True
         return self.tracking.surely_worse or (self.gain.surely_worse and not self.tracking.surely_better)
 
 
@@ -85,14 +90,21 @@ def best_of(reports: Sequence[RoundReport]) -> int:
     """Number of the round whose model is the best so far.
 
     A model takes the place of the best one where it flew better beyond the interval, or not worse beyond it and
-    predicts a log better that neither was trained on; never where it crashed and the best did not.
+    predicts a log better that neither was trained on; never where it crashed and the best did not. Where the best
+    crashed and it did not, it does unless it predicts worse beyond the interval.
     """
     best = 0
     for report in reports[1:]:
-        crashed, tracking = report.crashed and not reports[best].crashed, report.tracking
-        if not crashed and (tracking.surely_better or (report.gain.value > 0.0 and not tracking.surely_worse)):
+        if _is_better(report, reports[best]):
             best = report.number
     return best
+
+
+def _is_better(report: RoundReport, best: RoundReport) -> bool:
+    if report.crashed != best.crashed:
+        return best.crashed and not (report.gain.surely_worse or report.learned.refused)
+    tracking = report.tracking
+    return tracking.surely_better or (report.gain.value > 0.0 and not tracking.surely_worse)
 
 
 def settled(reports: Sequence[RoundReport]) -> bool:

@@ -62,6 +62,11 @@ class Flights:
         return self.plant.layouts
 
     @property
+    def dt(self) -> float:
+        """The plant's time step in s."""
+        return self.plant.dt
+
+    @property
     def about(self) -> dict[str, Any]:
         """Robot, task with its reference, changes and description of the plant, and how episodes are flown."""
         changes = [change.name for change in getattr(self.plant, "changes", ())]
@@ -120,6 +125,11 @@ class Recordings:
     def layouts(self) -> Layouts:
         """Columns of the first recording, which all others share."""
         return self.recordings[0].layouts
+
+    @property
+    def dt(self) -> float:
+        """Median time step in s over the recordings."""
+        return float(np.nanmedian([recording.dt for recording in self.recordings]))
 
     @property
     def logs(self) -> float:

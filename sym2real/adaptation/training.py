@@ -6,16 +6,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
-from torch import Tensor
-
 from sym2real.adaptation.model_limits import beyond_limits
 from sym2real.adaptation.progress import OnProgress, Progress
 from sym2real.adaptation.round_report import Learned, RoundReport, best_of, lost
-from sym2real.dataset import Dataset
+from sym2real.dataset import Dataset, Transitions
+from sym2real.effects.inputs import with_inputs
 from sym2real.errors import ModelError
 from sym2real.neural.composed import Base
-from sym2real.neural.model_folder import Model, below
+from sym2real.neural.model_folder import Model, below, content_of
 from sym2real.protocols import Learner
 from sym2real.robots import Robot
 from sym2real.symbolic import Equations
@@ -66,27 +64,35 @@ class Training:
         if self.inform is not None and isinstance(base, Equations):
             base = unless_withdrawn(self.inform(data, base), models, reports)
         digest, before = digest_of(base), reports[-1].learned
-        warm = digest == before.base and digest_of(models[-1]) != digest and models[-1] is not given
-        model, penalty, refused = self._trained(data, base, models[-1] if warm and number > 1 else None)
+        warm = digest == before.base and digest_of(models[-1]) not in (digest, digest_of(given))
+        model, penalty, refused = self._trained(data, base, models[-1] if warm and number > 1 else None, below(given))
         seconds = time.perf_counter() - started
         if model is None:
             return _best(models, reports, data.rows, seconds, refused)
         return model, Learned(data.rows, seconds, digest, effects_of(base), penalty)
 
-    def _trained(self, data: Dataset, base: Base, start: Model | None) -> tuple[Model | None, float, str]:
-        """What the learner makes of the logs, λ, and why it must not be flown."""
+    def _trained(self, data: Dataset, base: Base, start: Model | None, sound: Base) -> tuple[Model | None, float, str]:
+        """What the learner makes of the logs, λ, and why it must not be flown, held against a base that is sound."""
         fit = getattr(self.learner, "fit_reported", None)
-        penalty = float("nan")
+        transitions, penalty = _transitions(data, base), float("nan")
+        if not len(transitions):
+            return None, penalty, "no log has two rows to learn from"
         try:
             if fit is None:
-                model = self.learner.fit(data.transitions(), base, start)
+                model = self.learner.fit(transitions, base, start)
             else:
-                model, report = fit(data.transitions(), base, start)
+                model, report = fit(transitions, base, start)
                 penalty = float("nan") if report.penalty is None else report.penalty
         except ModelError as error:
             return None, penalty, str(error)
-        refused = "" if self.robot is None else beyond_limits(model, base, list(data), self.robot, self.seed)
+        refused = "" if self.robot is None else beyond_limits(model, sound, list(data), self.robot, self.seed)
         return None if refused else model, penalty, refused
+
+
+def _transitions(data: Dataset, base: Base) -> Transitions:
+    """What is learned from, with the inputs of the base: effects may use what logs hold as a further column."""
+    inputs = base.layouts.inputs
+    return (with_inputs(inputs, data) if isinstance(base, Equations) else data).transitions()
 
 
 def _best(
@@ -121,13 +127,8 @@ def effects_of(model: Model) -> tuple[str, ...]:
 
 
 def digest_of(model: Model) -> str:
-    """What tells a model from another: of its equations and its weights."""
+    """What tells a model from another: all that its folder would hold of it."""
     digest = hashlib.sha256()
-    base = below(model)
-    if isinstance(base, Equations):
-        digest.update(base.to_json().encode())
-    if not isinstance(model, Equations):
-        weights: dict[str, Tensor] = model.state_dict()
-        for name, weight in weights.items():
-            digest.update(name.encode() + np.ascontiguousarray(weight.detach().cpu().numpy()).tobytes())
+    for name, content in content_of(model).items():
+        digest.update(name.encode() + content)
     return digest.hexdigest()

@@ -74,6 +74,7 @@ def prepared(model: Equations | DynamicsModel, dataset: Dataset) -> tuple[Dynami
     """
     equations = equations_of(model)
     if equations is None:
+        require_step(_step_of(model), dataset.dt)
         return cast(DynamicsModel, model), dataset
     dataset = with_inputs(equations.layouts.inputs, Dataset(in_columns_of(equations, log) for log in dataset))
     if equations.layouts.inputs != dataset.layouts.inputs:
@@ -88,6 +89,23 @@ def prepared(model: Equations | DynamicsModel, dataset: Dataset) -> tuple[Dynami
         )
     slow, logs = in_parts(equations, dataset)
     return MeasuredModel(slow, model=whole), logs
+
+
+def _step_of(model: object) -> float:
+    """Time step of a network in s; 0 where nobody says."""
+    return float(getattr(getattr(model, "below", model), "dt", None) or 0.0)
+
+
+def require_step(wanted: float, given: float) -> None:
+    """Refuse logs of another time step than the model's; 0 is that of a model of which nobody says it.
+
+    Raises:
+        ShapeError: with both.
+    """
+    if wanted and abs(given / wanted - 1.0) > SAME_STEP:
+        raise ShapeError(
+            f"the model's time step is {wanted:g} s, the logs' is {given:g} s: read them with dt={wanted:g}"
+        )
 
 
 def in_columns_of(model: Equations | DynamicsModel, log: Trajectory) -> Trajectory:

@@ -42,11 +42,15 @@ def _without_gaps(log: Trajectory, dt: float | None) -> list[Trajectory]:
 def without_holes(log: Trajectory, dt: float) -> Trajectory:
     """A log of as many rows whose stamps are whole periods of ``dt`` apart, where some are lost or hold no numbers.
 
-    What was commanded in each row stays, and goes on in those that are lost; states go on from what is known around.
+    What was commanded in each row stays, and goes on in those that are lost; states go on from what is known around,
+    and behind the last known one as it was: a log that ends before its last row would look as if cut short.
     """
     periods = np.maximum(np.ceil(np.diff(log.time) / dt - 0.5), 1.0)
     log = replace(log, time=dt * np.concatenate([[0.0], np.cumsum(periods)]))
-    known = np.isfinite(log.state).all(axis=1)
+    known, end = np.flatnonzero(np.isfinite(log.state).all(axis=1)), len(log) - 1
+    if len(known) and known[-1] < end:
+        log = replace(log, state=np.vstack([log.state[:end], log.state[known[-1]]]))
+        known = np.append(known, end)
     parts = {name: getattr(log, name)[known] for name in ("time", *log.layouts.groups)}
     extra = {name: values[known] for name, values in log.extra.items()}
     made = resampled(replace(log, **parts, extra=extra), dt)

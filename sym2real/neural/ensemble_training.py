@@ -16,6 +16,7 @@ import torch
 from torch import Tensor
 
 from sym2real.dataset import Transitions
+from sym2real.effects.along_logs import require_step
 from sym2real.errors import ShapeError
 from sym2real.generator import generator_of
 from sym2real.layout import Layouts
@@ -60,7 +61,7 @@ class EnsembleTraining:
 
         Raises:
             ModelError: for too few consecutive transitions.
-            ShapeError: for a base or start of other columns, members or widths.
+            ShapeError: for a base or start of other columns, members or widths, or of another time step.
         """
         with one_thread():
             ensemble = self._begin(transitions, start or base)
@@ -89,6 +90,7 @@ class EnsembleTraining:
             shape = [(e.columns, e.networks.count, e.widths, e.probabilistic) for e in (ensemble, start)]
             if shape[0] != shape[1]:
                 raise ShapeError(f"expected an ensemble of columns, members and widths {shape[0]}, found {shape[1]}")
+            require_step(start.dt, transitions.dt)
             ensemble = copy.deepcopy(start).float()
             return ensemble.requires_grad_(requires_grad=True)
         state, action = (torch.as_tensor(v).float() for v in (transitions.state, transitions.action))

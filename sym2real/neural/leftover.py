@@ -21,6 +21,7 @@ import torch
 from torch import Tensor
 
 from sym2real.dataset import Transitions
+from sym2real.effects.along_logs import require_step
 from sym2real.effects.filters import command_filters, filter_commands, hidden_along
 from sym2real.effects.sensors import Sensors
 from sym2real.errors import ShapeError
@@ -76,7 +77,7 @@ def leftover(transitions: Transitions, base: Base, commands: int = 0, states: in
         commands, states: past rows that the residual sees.
 
     Raises:
-        ShapeError: when the columns are not the base's, or an input is missing that it uses.
+        ShapeError: when the columns or the time step are not the base's, or an input is missing that it uses.
     """
     layout, runs = state_of(base), runs_of(transitions)
     state, following, action, step = _steps(transitions, base, runs)
@@ -128,7 +129,7 @@ def _slopes(function: Callable[[Tensor], Tensor], moves: Tensor) -> Tensor:
 
 
 def require_columns(transitions: Transitions, base: Base) -> None:
-    """Refuse transitions of other columns than the base's.
+    """Refuse transitions of other columns than the base's, or of another time step.
 
     Raises:
         ShapeError: with both.
@@ -137,6 +138,7 @@ def require_columns(transitions: Transitions, base: Base) -> None:
         given = getattr(transitions.layouts, name)
         if given.columns != wanted.columns:
             raise ShapeError(f"the base's {name} columns are {wanted.columns}, the transitions' are {given.columns}")
+    require_step(base.dt, transitions.dt)
 
 
 def runs_of(transitions: Transitions) -> tuple[tuple[int, int], ...]:

@@ -29,7 +29,7 @@ from sym2real.symbolic.storage import (
     NEURAL,
     PARAMETERS,
     RESIDUALS,
-    equation_files,
+    equation_content,
     remove_all,
     script_file,
     write_files,
@@ -74,17 +74,18 @@ def as_composed(model: Composed | Ensemble) -> Composed:
 
 
 def _files(model: Composed | Ensemble) -> dict[str, bytes]:
-    composed = as_composed(model)
-    below, residual = composed.below, composed.residual
-    if isinstance(below, Equations):
-        files = equation_files(below, composed.scripted)
-    else:
-        files = {MODULE: script_file(composed.scripted), ENSEMBLE: network_file(below)}
-    if isinstance(model, Ensemble):
+    return {MODULE: script_file(as_composed(model).scripted), **content_of(model)}
+
+
+def content_of(model: Model) -> dict[str, bytes]:
+    """Files of a model's folder that make it again: all but ``module.pt``, which follows from them."""
+    base = below(model)
+    files = equation_content(base) if isinstance(base, Equations) else {ENSEMBLE: network_file(base)}
+    if not isinstance(model, Composed):
         return files
-    if isinstance(residual, ResidualMLP):
-        return files | {NETWORK: network_file(residual)}
-    return files | {EXPRESSIONS: expressions_file(residual)}
+    if isinstance(model.residual, ResidualMLP):
+        return files | {NETWORK: network_file(model.residual)}
+    return files | {EXPRESSIONS: expressions_file(model.residual)}
 
 
 def open_model(folder: str | Path) -> Model:

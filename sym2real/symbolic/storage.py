@@ -45,17 +45,17 @@ def save_model(equations: Equations, folder: str | Path) -> Path:
         ['equations.json', 'module.pt', 'parameters.safetensors']
     """
     folder = Path(folder)
-    write_files(folder, equation_files(equations, compile_model(equations)))
+    module = script_file(compile_model(equations))
+    write_files(folder, {MODULE: module, **equation_content(equations)})
     remove_all(folder, NEURAL)
     return folder
 
 
-def equation_files(equations: Equations, module: torch.jit.ScriptModule) -> dict[str, bytes]:
-    """Name of every file of a model, with what it holds; ``module`` is the model that other programs open."""
+def equation_content(equations: Equations) -> dict[str, bytes]:
+    """Name of every file that makes equations again, with what it holds."""
     source = equations.to_json()
     values = torch.tensor(list(equations.parameters.values()), dtype=torch.float64)
-    weights = save({"parameters": values}, {"equations": _digest(source)})
-    return {MODULE: script_file(module), PARAMETERS: weights, EQUATIONS: source.encode()}
+    return {PARAMETERS: save({"parameters": values}, {"equations": _digest(source)}), EQUATIONS: source.encode()}
 
 
 def script_file(module: torch.jit.ScriptModule) -> bytes:

@@ -109,6 +109,7 @@ def test_a_flight_that_missed_periods_and_poses_is_learned_from_at_its_true_time
     flown.link.state = seen  # type: ignore[method-assign]
     flights = Flights(flown.plant, CRAZYFLIE, task, 200, None, 0, lambda _: None, controller)
     log = flights.log(0, CRAZYFLIE.nominal())
+    assert (flown.plant.ended, flown.link.stopped) == ("the task is over", True), "it has landed before a model trains"
     assert flown.plant.missed == 4
     assert all(np.isnan(flown.rows[row].reading.state).any() for row in late)
     assert flights.judged(log)[0] is False, "no row is missing, so it is no crash"

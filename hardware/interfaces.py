@@ -95,8 +95,8 @@ class Pilot(Protocol):
     def holding(self) -> float:
         """s that a start is held for a controller's first action."""
 
-    def begin(self, reading: Reading) -> None:
-        """A flight or drive begins where the robot stands."""
+    def begin(self, readings: Sequence[Reading]) -> None:
+        """A flight or drive begins where the robot was seen to stand; UnreachableError where it must not."""
 
     def approach(self, reading: Reading, state: Array) -> float:
         """Head for a state ``# (state,)`` by a safe controller; s that it may take, or UnreachableError."""

@@ -23,6 +23,8 @@ from sym2real.layout import Layouts
 from sym2real.robots import Robot
 from sym2real.trajectory import Array
 
+STANDING = 1.0  # s that a robot is looked at before it moves: some 50 poses, of which a few may be wrong
+
 
 class HardwarePlant:
     """A :class:`~sym2real.protocols.Plant` that acts through a link; as a context manager it lands the robot.
@@ -104,8 +106,8 @@ class HardwarePlant:
 
         Raises:
             ShapeError: for another number of columns, or a state that is not finite.
-            UnreachableError: for a state that the pilot refuses or did not reach in time (the robot lands then), and
-                after a flight that ended by a fault.
+            UnreachableError: for a state that the pilot refuses or did not reach in time (the robot lands then), where
+                it must not take off, and after a flight that ended by a fault.
             LinkError: where no state arrives, or the robot does not arm.
         """
         goal = self.link.robot.start if state is None else np.asarray(state, dtype=np.float64)
@@ -193,13 +195,23 @@ class HardwarePlant:
             self.link.stop(emergency=True)
             raise
 
-    def _require_whole_state(self) -> None:
+    def _begin(self) -> None:
+        """Look at the robot for a second where it stands; no single reading says that it may fly."""
+        self._require_no_fault()
+        self._acting.periods.restart()
+        readings = [self._acting.reading]
+        for _ in range(round(STANDING / self.dt)):
+            self._acting.next()
+            readings.append(self._acting.reading)
+        if not np.isfinite(readings[-1].state).all():
+            raise LinkError("expected a whole state before a take-off: a pose and an attitude must arrive first")
+        self._pilot.begin(readings)
+
+    def _require_no_fault(self) -> None:
         if self._faulty:
             raise UnreachableError(
                 f"the last flight ended by a fault ({self.ended}): look at the robot, then start anew"
             )
-        if not np.isfinite(self._acting.reading.state).all():
-            raise LinkError("expected a whole state before a take-off: a pose and an attitude must arrive first")
 
     def _require_reset(self) -> None:
         if not self._moving:
@@ -208,8 +220,7 @@ class HardwarePlant:
     def _go_to(self, goal: Array) -> None:
         self._acting.measure()
         if not self._moving:
-            self._require_whole_state()
-            self._pilot.begin(self._acting.reading)
+            self._begin()
         seconds = self._pilot.approach(self._acting.reading, goal)
         if not self._moving:
             self.link.arm()

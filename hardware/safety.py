@@ -30,6 +30,7 @@ class Limits:
         pose_age: s without a pose from motion capture before a blind landing.
         attitude_age: s without attitude from the robot before a blind landing.
         battery: least voltage in V; it counts once it has stayed below for :attr:`battery_time`.
+        reserve: V above it without which nothing takes off: about what a take-off pulls a Crazyflie's battery down.
         battery_time: s, longer than a gust of thrust pulls the voltage down.
         late: s that an action may be late before the flight is ended without it.
         overruns: actions in a row that may come after their period.
@@ -47,6 +48,7 @@ class Limits:
     pose_age: float = 0.2
     attitude_age: float = 0.2
     battery: float = 3.2
+    reserve: float = 0.3
     battery_time: float = 0.3
     late: float = 0.1
     overruns: int = 5
@@ -134,9 +136,14 @@ def blind_reason(condition: Condition, limits: Limits) -> str:
     """Why a landing cannot be steered, empty where it can."""
     if not knows_attitude(condition, limits):
         return f"no attitude from the robot for {condition.attitude_age:.2f} s"
-    if not fresh(condition.pose_age, limits.pose_age) or not (np.abs(condition.position) < FAR).all():
+    if not knows_position(condition, limits):
         return f"no pose from motion capture for {condition.pose_age:.2f} s"
     return ""
+
+
+def knows_position(condition: Condition, limits: Limits) -> bool:
+    """Whether there is a fresh position that is one."""
+    return fresh(condition.pose_age, limits.pose_age) and bool((np.abs(condition.position) < FAR).all())
 
 
 def knows_attitude(condition: Condition, limits: Limits) -> bool:

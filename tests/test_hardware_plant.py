@@ -364,3 +364,39 @@ def test_nothing_is_sent_before_a_reset() -> None:
         flown.plant.step(REST[:2])
     flown.plant.land()
     assert not flown.link.sent
+
+
+def test_no_take_off_on_a_pose_that_has_grown_old() -> None:
+    """A finite pose of a minute ago armed the robot, and a blind landing from the floor lifted it up."""
+    flown = Flown()
+    flown.link.lost["pose"] = flown.clock.now() - 60.0
+    with pytest.raises(UnreachableError, match="no take-off: no pose from motion capture for 6"):
+        flown.plant.reset(PLACE)
+    assert not flown.link.armed
+    assert not flown.link.sent
+
+
+def test_a_take_off_needs_more_battery_than_a_flight() -> None:
+    flown = Flown()
+    flown.link.battery = 3.4
+    with pytest.raises(UnreachableError, match=r"no take-off: battery low: 3\.40 V"):
+        flown.plant.reset(PLACE)
+    assert not flown.link.armed
+
+
+@pytest.mark.parametrize("gain", [1.0, 1.31])
+def test_blind_near_the_ground_the_motors_are_cut(gain: float) -> None:
+    """There a thrust map that is wrong would lift the robot up for three seconds."""
+    flown = Flown(("gain:thrust", {"value": gain}))
+    measured = flown.link.state
+
+    def seen() -> Reading:
+        if flown.rows and "pose" not in flown.link.lost and flown.link.plant.true_state[2] > 0.03:
+            flown.link.lost["pose"] = flown.clock.now() - 0.2
+        return measured()
+
+    flown.link.state = seen  # type: ignore[method-assign]
+    with pytest.raises(UnreachableError, match="no pose"):
+        flown.plant.reset(PLACE)
+    assert "blind landing" not in {row.command.phase for row in flown.rows}
+    assert flown.link.plant.true_state[2] < 0.15

@@ -35,6 +35,7 @@ PATIENCE = 8.0  # s beyond the way's duration
 NEAR_GROUND = 0.15  # m: lower it falls unharmed, and a blind thrust might lift it up
 CONSECUTIVE = 3  # poses in a row that say the same: one of motion capture may be wrong
 SAME = 1e-6  # s: two arrivals that differ by less are one pose, read twice
+ASTRAY = 0.3  # m from the way down's present point: it began at a wrong pose, or something pushed the robot
 LIMITS = Limits()
 AT_REST = 0.05  # m/s, rad and rad/s: a start that moves more is out of reach
 
@@ -153,7 +154,7 @@ class FlightPilot:
             self._steered = False
             known = condition.attitude if knows_attitude(condition, self.limits) else None
             return self._command(self.safe.level(known, self.limits.blind_thrust), "blind landing")
-        if not self._steered:
+        if not self._steered or self.safe.away(reading.state) > ASTRAY:
             self._steered = True
             self.safe.follow(self._way_down(reading.state[0:3]))
         return self._command(self.safe.act(reading.state), "land")

@@ -400,3 +400,48 @@ def test_blind_near_the_ground_the_motors_are_cut(gain: float) -> None:
         flown.plant.reset(PLACE)
     assert "blind landing" not in {row.command.phase for row in flown.rows}
     assert flown.link.plant.true_state[2] < 0.15
+
+
+def test_one_wrong_pose_says_nothing_about_the_ground() -> None:
+    """A high one before the take-off had every landing end at its height; a low one cut the motors in the air."""
+    flown, measured, count = Flown(), [], 0
+    read = flown.link.state
+
+    def seen() -> Reading:
+        nonlocal count
+        reading, count = read(), count + 1
+        first_of_landing = flown.rows and flown.rows[-1].command.phase == "land" and not measured
+        if count == 1:
+            reading.state[2] = 0.6
+        elif first_of_landing:
+            measured.append(flown.clock.now())
+            reading.state[2] = 0.0
+        return reading
+
+    flown.link.state = seen  # type: ignore[method-assign]
+    flown.hover(0.5)
+    flown.plant.land()
+    assert measured
+    assert flown.link.plant.true_state[2] < LANDED
+
+
+@pytest.mark.parametrize(("axis", "value"), [(0, 3.0), (0, -20.0), (2, 5.0)])
+def test_a_landing_does_not_go_where_one_wrong_pose_was(axis: int, value: float) -> None:
+    """Its line down began at that place, and the robot flew there."""
+    flown = Flown()
+    flown.hover(1.0)
+    read = flown.link.state
+
+    def seen() -> Reading:
+        reading = read()
+        if flown.rows[-1].command.verdict is Verdict.GO:
+            reading.state[axis] = value
+        return reading
+
+    flown.link.state = seen  # type: ignore[method-assign]
+    flown.down()
+    assert "fence" in flown.plant.ended
+    way = np.array([row.reading.state[:3] for row in flown.rows if row.command.phase == "land"])[1:]
+    assert np.abs(way[:, :2] - PLACE[:2]).max() < 0.3
+    assert way[:, 2].max() < PLACE[2] + 0.1
+    assert flown.link.plant.true_state[2] < LANDED

@@ -76,12 +76,14 @@ class Command:
         verdict: go on, land or cut.
         phase: the same in words for the record, with how ("blind landing").
         reason: for leaving GO; empty before.
+        fault: what a person looks at the robot for before it moves again, though a landing was asked for; empty else.
     """
 
     action: Array
     verdict: Verdict
     phase: str
     reason: str
+    fault: str = ""
 
 
 class Pilot(Protocol):

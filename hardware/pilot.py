@@ -35,6 +35,7 @@ PATIENCE = 8.0  # s beyond the way's duration
 NEAR_GROUND = 0.15  # m: lower it falls unharmed, and a blind thrust might lift it up
 CONSECUTIVE = 3  # poses in a row that say the same: one of motion capture may be wrong
 SAME = 1e-6  # s: two arrivals that differ by less are one pose, read twice
+BLIND = "it landed blind"  # and may lie anywhere
 ASTRAY = 0.3  # m from the way down's present point: it began at a wrong pose, or something pushed the robot
 LIMITS = Limits()
 AT_REST = 0.05  # m/s, rad and rad/s: a start that moves more is out of reach
@@ -148,12 +149,14 @@ class FlightPilot:
         down = self._lies_below(NEAR_GROUND if blind else self.limits.touchdown)
         over = elapsed > self.limits.landing or without > self.limits.blind
         if self.judgement.verdict is Verdict.CUT or down or over:
+            fault = self._fault(down=down and not blind, over=over)
             self.judgement = Judgement(Verdict.CUT, self.judgement.reason)
-            return self._command(np.zeros(self.robot.layouts.action.size), "cut")
+            return self._command(np.zeros(self.robot.layouts.action.size), "cut", fault)
         if blind or not _whole(reading):
             self._steered = False
             known = condition.attitude if knows_attitude(condition, self.limits) else None
-            return self._command(self.safe.level(known, self.limits.blind_thrust), "blind landing")
+            fault = BLIND if blind else ""
+            return self._command(self.safe.level(known, self.limits.blind_thrust), "blind landing", fault)
         if not self._steered or self.safe.away(reading.state) > ASTRAY:
             self._steered = True
             self.safe.follow(self._way_down(reading.state[0:3]))
@@ -164,11 +167,19 @@ class FlightPilot:
         under = np.array([inside[0], inside[1], self._ground - BELOW_GROUND])
         return Line(place.copy(), under, self.limits.descent)
 
-    def _command(self, action: Array, phase: str) -> Command:
+    def _fault(self, *, down: bool, over: bool) -> str:
+        """What ended a landing otherwise than on the ground."""
+        if self.judgement.verdict is Verdict.CUT:
+            return self.judgement.reason
+        if down:
+            return ""
+        return "the landing took too long: the motors were cut" if over else BLIND
+
+    def _command(self, action: Array, phase: str, fault: str = "") -> Command:
         robot, verdict = self.robot, self.judgement.verdict
         if verdict is not Verdict.CUT:
             action = np.clip(np.where(np.isfinite(action), action, robot.rest), robot.low, robot.high)
-        return Command(action, verdict, phase, self.judgement.reason)
+        return Command(action, verdict, phase, self.judgement.reason, fault)
 
     def _battery(self, reading: Reading) -> float:
         """The greatest voltage of the last while; a clock that went backwards begins a new while."""

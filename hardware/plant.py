@@ -55,9 +55,10 @@ class HardwarePlant:
         self.link, self._pilot, self._put = link, pilot, put
         self._clock = clock or SystemClock()
         self._lock = threading.RLock()
-        self._moving = self._awaiting = self._holding = self._faulty = False
+        self._moving = self._awaiting = self._holding = False
         self._acting = PilotedLink(link, pilot, self._clock, record)
-        self.ended, self.sent, self._held = "", np.zeros(link.robot.layouts.action.size), 0.0
+        self.ended, self._fault = "", ""
+        self.sent, self._held = np.zeros(link.robot.layouts.action.size), 0.0
         self._closing = threading.Event()
         if guard:
             threading.Thread(target=self._watching, name="landing guard", daemon=True).start()
@@ -116,7 +117,7 @@ class HardwarePlant:
         if self._put is not None:
             self._land_or_cut("the robot is put back")
             self._put(goal)
-            self._faulty = False
+            self._fault = ""
         with self._lock:
             self._acting.stage = "way to the start"
             self._go_to(goal)
@@ -208,9 +209,9 @@ class HardwarePlant:
         self._pilot.begin(readings)
 
     def _require_no_fault(self) -> None:
-        if self._faulty:
+        if self._fault:
             raise UnreachableError(
-                f"the last flight ended by a fault ({self.ended}): look at the robot, then start anew"
+                f"the last flight ended by a fault ({self._fault}): look at the robot, then start anew"
             )
 
     def _require_reset(self) -> None:
@@ -247,13 +248,20 @@ class HardwarePlant:
             self._finish()
 
     def _finish(self, asked: str = "", *, faulty: bool = True) -> None:
-        """Land until the motors are cut; where nobody asked, the pilot has the reason."""
+        """Land until the motors are cut; where nobody asked, the pilot has the reason.
+
+        Whoever asked, a landing that went wrong is a fault.
+        """
         self._awaiting = self._holding = False
-        self._faulty = faulty
+        self._fault = "its landing was broken off"
         self._acting.measure(anew=True)
-        while (command := self._acting.tick(None, asked)).verdict is not Verdict.CUT:
+        found = [command := self._acting.tick(None, asked)]
+        while command.verdict is not Verdict.CUT:
             self._acting.next()
+            found.append(command := self._acting.tick(None, asked))
         self._moving, self.ended = False, command.reason
+        faults = [command.reason if faulty else "", *(each.fault for each in found)]
+        self._fault = next(filter(None, faults), "")
 
     def _overdue(self) -> float:
         """How late the controller's next action is, s; below zero while it is not, or nobody waits for one."""

@@ -445,3 +445,32 @@ def test_a_landing_does_not_go_where_one_wrong_pose_was(axis: int, value: float)
     assert np.abs(way[:, :2] - PLACE[:2]).max() < 0.3
     assert way[:, 2].max() < PLACE[2] + 0.1
     assert flown.link.plant.true_state[2] < LANDED
+
+
+@pytest.mark.parametrize("fault", ["pose", "attitude", "tumbled", "slow"])
+def test_a_landing_that_was_asked_for_and_went_wrong_is_a_fault(fault: str) -> None:
+    """The next reset took off again, with nobody there."""
+    flown = Flown()
+    flown.hover(0.5)
+    read, landing = flown.link.state, False
+
+    def seen() -> Reading:
+        if landing and fault == "tumbled":
+            flown.link.flags.add(fault)
+        elif landing and fault != "slow":
+            flown.link.lost.setdefault(fault, flown.clock.now())
+        reading = read()
+        if landing and fault == "slow":
+            reading.state[2] = 0.8
+        return reading
+
+    flown.link.state = seen  # type: ignore[method-assign]
+    landing = True
+    flown.plant.land()
+    landing = False
+    flown.link.lost.clear()
+    flown.link.flags.discard("tumbled")
+    words = {"tumbled": "tumbled", "slow": "took too long"}.get(fault, "blind")
+    with pytest.raises(UnreachableError, match=words):
+        flown.plant.reset(PLACE)
+    assert not flown.link.armed

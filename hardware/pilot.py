@@ -12,6 +12,7 @@ from hardware.errors import UnreachableError
 from hardware.interfaces import Command, Reading, Verdict
 from hardware.safe_flight import Line, SafeFlight
 from hardware.safety import (
+    BELOW_GROUND,
     FAR,
     Condition,
     Judgement,
@@ -27,7 +28,6 @@ from hardware.safety import (
 from sym2real.robots import Robot
 from sym2real.trajectory import Array
 
-BELOW_GROUND = 0.3  # m: a landing aims there, so that it does not float in its own ground effect
 ARRIVED, SETTLED = 0.1, 0.25  # m from the place and m/s, which must hold for:
 DWELL = 0.5  # s
 HOLDING = 2.0  # s: the battery empties

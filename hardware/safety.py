@@ -12,10 +12,13 @@ import numpy as np
 
 from hardware.interfaces import Verdict
 from sym2real.errors import ShapeError
+from sym2real.robots.robot import GRAVITY
 from sym2real.trajectory import Array
 
 CUTS = ("tumbled", "locked", "crashed")  # flags of the supervisor under which the firmware turns no motor
 FAR = 1e3  # m: no motion capture sees that far
+BELOW_GROUND = 0.3  # m: a landing aims there, so that it does not float in its own ground effect
+LEVELS_AFTER = 0.5  # s without a set-point until a Crazyflie's firmware forgets where it was to go
 CLOCK_SLACK = 0.05  # s: data may arrive after the moment that it is judged at
 
 
@@ -72,6 +75,25 @@ def require_possible(limits: Limits) -> None:
             "limits: expected low corners below the high ones, 0 < tilt <= upside_down <= π rad, 0 < blind_thrust < 1 "
             f"and a descent in m/s above 0, found {limits}"
         )
+    _require_time_to_land(limits)
+    if not limits.late < LEVELS_AFTER:
+        raise ShapeError(
+            f"limits: expected late below {LEVELS_AFTER:g} s, after which the firmware turns level by itself, found "
+            f"{limits.late:g}"
+        )
+
+
+def _require_time_to_land(limits: Limits) -> None:
+    """A landing from the fence's top comes down before its time is up, where the motors are cut in the air."""
+    height = limits.high[2] - limits.low[2]
+    steered = (height + BELOW_GROUND) / limits.descent
+    blind = math.sqrt(2.0 * height / ((1.0 - limits.blind_thrust) * GRAVITY))
+    for option, found, least in (("landing", limits.landing, steered), ("blind", limits.blind, blind)):
+        if not found > least:
+            raise ShapeError(
+                f"limits: from the fence's top the motors would be cut in the air: expected {option} above {least:.1f} "
+                f"s for a fence {height:.1f} m high, found {found:g}"
+            )
 
 
 @dataclass(frozen=True, eq=False)

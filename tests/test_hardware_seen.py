@@ -54,3 +54,15 @@ def test_a_body_that_was_put_elsewhere_is_believed_after_some_poses() -> None:
     pose = body.latest()
     assert pose is not None
     assert abs(pose.velocity[0]) < 0.1 or np.isnan(pose.velocity[0]), "it was carried, it did not fly"
+
+
+def test_a_picture_that_stands_still_is_none_of_now() -> None:
+    """Same place to the last bit, new stamps: a robot that believes it rises without end."""
+    body = Body()
+    body.see(0.3, 0.2, 1.0, noise=0.0)
+    last = body.latest()
+    for _ in range(30):
+        body.see(0.3, 0.2, 1.0, noise=0.0)
+    assert body.latest() is last
+    body.see(0.3, 0.2, 1.0)
+    assert body.latest() is not last

@@ -18,7 +18,7 @@ from sym2real.trajectory import Array
 CUTS = ("tumbled", "locked", "crashed")  # flags of the supervisor under which the firmware turns no motor
 FAR = 1e3  # m: no motion capture sees that far
 BELOW_GROUND = 0.3  # m: a landing aims there, so that it does not float in its own ground effect
-LEVELS_AFTER = 0.5  # s without a set-point until a Crazyflie's firmware forgets where it was to go
+LEVELS_AFTER = 0.5  # s without a set-point until a Crazyflie's firmware turns level by itself
 CLOCK_SLACK = 0.05  # s: data may arrive after the moment that it is judged at
 
 

@@ -76,12 +76,14 @@ class Command:
         verdict: go on, land or cut.
         phase: the same in words for the record, with how ("blind landing").
         reason: for leaving GO; empty before.
+        fault: what a person looks at the robot for before it moves again, though a landing was asked for; empty else.
     """
 
     action: Array
     verdict: Verdict
     phase: str
     reason: str
+    fault: str = ""
 
 
 class Pilot(Protocol):
@@ -95,8 +97,8 @@ class Pilot(Protocol):
     def holding(self) -> float:
         """s that a start is held for a controller's first action."""
 
-    def begin(self, reading: Reading) -> None:
-        """A flight or drive begins where the robot stands."""
+    def begin(self, readings: Sequence[Reading]) -> None:
+        """A flight or drive begins where the robot was seen to stand; UnreachableError where it must not."""
 
     def approach(self, reading: Reading, state: Array) -> float:
         """Head for a state ``# (state,)`` by a safe controller; s that it may take, or UnreachableError."""

@@ -2,6 +2,9 @@
 
 import math
 from collections import deque
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -9,6 +12,7 @@ from hardware.errors import UnreachableError
 from hardware.interfaces import Command, Reading, Verdict
 from hardware.safe_flight import Line, SafeFlight
 from hardware.safety import (
+    BELOW_GROUND,
     FAR,
     Condition,
     Judgement,
@@ -16,6 +20,7 @@ from hardware.safety import (
     blind_reason,
     judge,
     knows_attitude,
+    knows_position,
     outside,
     require_possible,
     tilt_of,
@@ -23,11 +28,15 @@ from hardware.safety import (
 from sym2real.robots import Robot
 from sym2real.trajectory import Array
 
-BELOW_GROUND = 0.3  # m: a landing aims there, so that it does not float in its own ground effect
 ARRIVED, SETTLED = 0.1, 0.25  # m from the place and m/s, which must hold for:
 DWELL = 0.5  # s
 HOLDING = 2.0  # s: the battery empties
 PATIENCE = 8.0  # s beyond the way's duration
+NEAR_GROUND = 0.15  # m: lower it falls unharmed, and a blind thrust might lift it up
+CONSECUTIVE = 3  # poses in a row that say the same: one of motion capture may be wrong
+SAME = 1e-6  # s: two arrivals that differ by less are one pose, read twice
+BLIND = "it landed blind"  # and may lie anywhere
+ASTRAY = 0.3  # m from the way down's present point: it began at a wrong pose, or something pushed the robot
 LIMITS = Limits()
 AT_REST = 0.05  # m/s, rad and rad/s: a start that moves more is out of reach
 
@@ -51,9 +60,17 @@ class FlightPilot:
         self.safe = SafeFlight(robot, mass)
         self._start(0.0)
 
-    def begin(self, reading: Reading) -> None:
-        """A flight begins, from where the robot stands on the ground."""
-        self._start(float(reading.state[2]))
+    def begin(self, readings: Sequence[Reading]) -> None:
+        """A flight begins, from the height at which most of the readings have the robot.
+
+        Raises:
+            UnreachableError: where it would land at once, or its battery has no reserve for a take-off.
+        """
+        self._start(float(np.nanmedian([reading.state[2] for reading in readings])))
+        charged = replace(self.limits, battery=self.limits.battery + self.limits.reserve)
+        *_, condition = map(self._condition, readings)
+        if reason := judge(condition, charged).reason:
+            raise UnreachableError(f"no take-off: {reason}")
 
     def _start(self, ground: float) -> None:
         self._ground, self.judgement = ground, Judgement(Verdict.GO)
@@ -61,6 +78,7 @@ class FlightPilot:
         self._volts: deque[tuple[float, float]] = deque()
         self._landing, self._blind = _Timer(self.robot.dt), _Timer(self.robot.dt)
         self._steered = False
+        self._arrival, self._heights = -math.inf, deque([ground] * CONSECUTIVE, CONSECUTIVE)
 
     def approach(self, reading: Reading, state: Array) -> float:
         """Head for a state ``# (13,)`` on a straight line; s that it may take.
@@ -94,18 +112,8 @@ class FlightPilot:
     ) -> Command:
         """The command of this control period; arguments as of the protocol."""
         finite = wanted is not None and bool(np.isfinite(wanted).all())
-        condition = Condition(
-            pose_age=reading.ages.get("pose", math.inf),
-            attitude_age=reading.ages.get("attitude", math.inf),
-            position=reading.state[0:3],
-            attitude=reading.state[3:7],
-            battery=self._battery(reading),
-            flags=reading.flags,
-            late=late,
-            overruns=overruns,
-            action_is_finite=finite,
-            asked=asked,
-        )
+        condition = self._condition(reading, late=late, overruns=overruns, action_is_finite=finite, asked=asked)
+        self._see(reading, condition)
         found = judge(condition, self.limits)
         if found.verdict > self.judgement.verdict:
             self.judgement = found
@@ -113,19 +121,43 @@ class FlightPilot:
             return self._command(wanted, "go")
         return self._land(reading, condition)
 
+    def _condition(self, reading: Reading, **told: Any) -> Condition:
+        return Condition(
+            pose_age=reading.ages.get("pose", math.inf),
+            attitude_age=reading.ages.get("attitude", math.inf),
+            position=reading.state[0:3],
+            attitude=reading.state[3:7],
+            battery=self._battery(reading),
+            flags=reading.flags,
+            **told,
+        )
+
+    def _see(self, reading: Reading, condition: Condition) -> None:
+        """Keep the height of a pose that has arrived since the last one."""
+        arrival = reading.time - condition.pose_age
+        if knows_position(condition, self.limits) and abs(arrival - self._arrival) > SAME:
+            self._arrival = arrival
+            self._heights.append(float(reading.state[2]))
+
+    def _lies_below(self, height: float) -> bool:
+        """Whether the robot was last seen less than so many m above the ground: one low pose may be wrong."""
+        return max(self._heights) < self._ground + height
+
     def _land(self, reading: Reading, condition: Condition) -> Command:
         elapsed, blind = self._landing.advance(reading.time), bool(blind_reason(condition, self.limits))
         without = self._blind.advance(reading.time) if blind else self._blind.restart()
-        down = not blind and float(reading.state[2]) < self._ground + self.limits.touchdown
+        down = self._lies_below(NEAR_GROUND if blind else self.limits.touchdown)
         over = elapsed > self.limits.landing or without > self.limits.blind
         if self.judgement.verdict is Verdict.CUT or down or over:
+            fault = self._fault(down=down and not blind, over=over)
             self.judgement = Judgement(Verdict.CUT, self.judgement.reason)
-            return self._command(np.zeros(self.robot.layouts.action.size), "cut")
+            return self._command(np.zeros(self.robot.layouts.action.size), "cut", fault)
         if blind or not _whole(reading):
             self._steered = False
             known = condition.attitude if knows_attitude(condition, self.limits) else None
-            return self._command(self.safe.level(known, self.limits.blind_thrust), "blind landing")
-        if not self._steered:
+            fault = BLIND if blind else ""
+            return self._command(self.safe.level(known, self.limits.blind_thrust), "blind landing", fault)
+        if not self._steered or self.safe.away(reading.state) > ASTRAY:
             self._steered = True
             self.safe.follow(self._way_down(reading.state[0:3]))
         return self._command(self.safe.act(reading.state), "land")
@@ -135,11 +167,19 @@ class FlightPilot:
         under = np.array([inside[0], inside[1], self._ground - BELOW_GROUND])
         return Line(place.copy(), under, self.limits.descent)
 
-    def _command(self, action: Array, phase: str) -> Command:
+    def _fault(self, *, down: bool, over: bool) -> str:
+        """What ended a landing otherwise than on the ground."""
+        if self.judgement.verdict is Verdict.CUT:
+            return self.judgement.reason
+        if down:
+            return ""
+        return "the landing took too long: the motors were cut" if over else BLIND
+
+    def _command(self, action: Array, phase: str, fault: str = "") -> Command:
         robot, verdict = self.robot, self.judgement.verdict
         if verdict is not Verdict.CUT:
             action = np.clip(np.where(np.isfinite(action), action, robot.rest), robot.low, robot.high)
-        return Command(action, verdict, phase, self.judgement.reason)
+        return Command(action, verdict, phase, self.judgement.reason, fault)
 
     def _battery(self, reading: Reading) -> float:
         """The greatest voltage of the last while; a clock that went backwards begins a new while."""

@@ -23,6 +23,8 @@ from sym2real.layout import Layouts
 from sym2real.robots import Robot
 from sym2real.trajectory import Array
 
+STANDING = 1.0  # s that a robot is looked at before it moves: some 50 poses, of which a few may be wrong
+
 
 class HardwarePlant:
     """A :class:`~sym2real.protocols.Plant` that acts through a link; as a context manager it lands the robot.
@@ -53,9 +55,10 @@ class HardwarePlant:
         self.link, self._pilot, self._put = link, pilot, put
         self._clock = clock or SystemClock()
         self._lock = threading.RLock()
-        self._moving = self._awaiting = self._holding = self._faulty = False
+        self._moving = self._awaiting = self._holding = False
         self._acting = PilotedLink(link, pilot, self._clock, record)
-        self.ended, self.sent, self._held = "", np.zeros(link.robot.layouts.action.size), 0.0
+        self.ended, self._fault = "", ""
+        self.sent, self._held = np.zeros(link.robot.layouts.action.size), 0.0
         self._closing = threading.Event()
         if guard:
             threading.Thread(target=self._watching, name="landing guard", daemon=True).start()
@@ -104,8 +107,8 @@ class HardwarePlant:
 
         Raises:
             ShapeError: for another number of columns, or a state that is not finite.
-            UnreachableError: for a state that the pilot refuses or did not reach in time (the robot lands then), and
-                after a flight that ended by a fault.
+            UnreachableError: for a state that the pilot refuses or did not reach in time (the robot lands then), where
+                it must not take off, and after a flight that ended by a fault.
             LinkError: where no state arrives, or the robot does not arm.
         """
         goal = self.link.robot.start if state is None else np.asarray(state, dtype=np.float64)
@@ -114,7 +117,7 @@ class HardwarePlant:
         if self._put is not None:
             self._land_or_cut("the robot is put back")
             self._put(goal)
-            self._faulty = False
+            self._fault = ""
         with self._lock:
             self._acting.stage = "way to the start"
             self._go_to(goal)
@@ -193,13 +196,23 @@ class HardwarePlant:
             self.link.stop(emergency=True)
             raise
 
-    def _require_whole_state(self) -> None:
-        if self._faulty:
-            raise UnreachableError(
-                f"the last flight ended by a fault ({self.ended}): look at the robot, then start anew"
-            )
-        if not np.isfinite(self._acting.reading.state).all():
+    def _begin(self) -> None:
+        """Look at the robot for a second where it stands; no single reading says that it may fly."""
+        self._require_no_fault()
+        self._acting.periods.restart()
+        readings = [self._acting.reading]
+        for _ in range(round(STANDING / self.dt)):
+            self._acting.next()
+            readings.append(self._acting.reading)
+        if not np.isfinite(readings[-1].state).all():
             raise LinkError("expected a whole state before a take-off: a pose and an attitude must arrive first")
+        self._pilot.begin(readings)
+
+    def _require_no_fault(self) -> None:
+        if self._fault:
+            raise UnreachableError(
+                f"the last flight ended by a fault ({self._fault}): look at the robot, then start anew"
+            )
 
     def _require_reset(self) -> None:
         if not self._moving:
@@ -208,8 +221,7 @@ class HardwarePlant:
     def _go_to(self, goal: Array) -> None:
         self._acting.measure()
         if not self._moving:
-            self._require_whole_state()
-            self._pilot.begin(self._acting.reading)
+            self._begin()
         seconds = self._pilot.approach(self._acting.reading, goal)
         if not self._moving:
             self.link.arm()
@@ -236,13 +248,20 @@ class HardwarePlant:
             self._finish()
 
     def _finish(self, asked: str = "", *, faulty: bool = True) -> None:
-        """Land until the motors are cut; where nobody asked, the pilot has the reason."""
+        """Land until the motors are cut; where nobody asked, the pilot has the reason.
+
+        Whoever asked, a landing that went wrong is a fault.
+        """
         self._awaiting = self._holding = False
-        self._faulty = faulty
+        self._fault = "its landing was broken off"
         self._acting.measure(anew=True)
-        while (command := self._acting.tick(None, asked)).verdict is not Verdict.CUT:
+        found = [command := self._acting.tick(None, asked)]
+        while command.verdict is not Verdict.CUT:
             self._acting.next()
+            found.append(command := self._acting.tick(None, asked))
         self._moving, self.ended = False, command.reason
+        faults = [command.reason if faulty else "", *(each.fault for each in found)]
+        self._fault = next(filter(None, faults), "")
 
     def _overdue(self) -> float:
         """How late the controller's next action is, s; below zero while it is not, or nobody waits for one."""

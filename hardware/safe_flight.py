@@ -85,7 +85,7 @@ class SafeFlight:
 
     def act(self, state: Array) -> Array:
         """Action ``# (4,)`` for a state of finite numbers ``# (13,)``; a call is one control period."""
-        wanted = self._line(torch.tensor(self._steps * self.robot.dt, dtype=torch.float64)).numpy()
+        wanted = self._wanted()
         shift = self._trim + INTEGRAL_RATE * self.robot.dt * (wanted[0:3] - state[0:3])
         self._trim = np.clip(shift, -MOST_TRIM, MOST_TRIM)
         shifted = state.copy()
@@ -94,6 +94,13 @@ class SafeFlight:
         action = self._controller.act(shifted, self._steps)
         self._steps += 1
         return action
+
+    def away(self, state: Array) -> float:
+        """How far in m a state ``# (13,)`` is from the line's present point."""
+        return float(np.linalg.norm(state[0:3] - self._wanted()[0:3]))
+
+    def _wanted(self) -> Array:
+        return self._line(torch.tensor(self._steps * self.robot.dt, dtype=torch.float64)).numpy()
 
     @property
     def hover(self) -> float:

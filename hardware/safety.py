@@ -12,10 +12,13 @@ import numpy as np
 
 from hardware.interfaces import Verdict
 from sym2real.errors import ShapeError
+from sym2real.robots.robot import GRAVITY
 from sym2real.trajectory import Array
 
 CUTS = ("tumbled", "locked", "crashed")  # flags of the supervisor under which the firmware turns no motor
 FAR = 1e3  # m: no motion capture sees that far
+BELOW_GROUND = 0.3  # m: a landing aims there, so that it does not float in its own ground effect
+LEVELS_AFTER = 0.5  # s without a set-point until a Crazyflie's firmware turns level by itself
 CLOCK_SLACK = 0.05  # s: data may arrive after the moment that it is judged at
 
 
@@ -30,6 +33,7 @@ class Limits:
         pose_age: s without a pose from motion capture before a blind landing.
         attitude_age: s without attitude from the robot before a blind landing.
         battery: least voltage in V; it counts once it has stayed below for :attr:`battery_time`.
+        reserve: V above it without which nothing takes off: about what a take-off pulls a Crazyflie's battery down.
         battery_time: s, longer than a gust of thrust pulls the voltage down.
         late: s that an action may be late before the flight is ended without it.
         overruns: actions in a row that may come after their period.
@@ -47,6 +51,7 @@ class Limits:
     pose_age: float = 0.2
     attitude_age: float = 0.2
     battery: float = 3.2
+    reserve: float = 0.3
     battery_time: float = 0.3
     late: float = 0.1
     overruns: int = 5
@@ -70,6 +75,25 @@ def require_possible(limits: Limits) -> None:
             "limits: expected low corners below the high ones, 0 < tilt <= upside_down <= π rad, 0 < blind_thrust < 1 "
             f"and a descent in m/s above 0, found {limits}"
         )
+    _require_time_to_land(limits)
+    if not limits.late < LEVELS_AFTER:
+        raise ShapeError(
+            f"limits: expected late below {LEVELS_AFTER:g} s, after which the firmware turns level by itself, found "
+            f"{limits.late:g}"
+        )
+
+
+def _require_time_to_land(limits: Limits) -> None:
+    """A landing from the fence's top comes down before its time is up, where the motors are cut in the air."""
+    height = limits.high[2] - limits.low[2]
+    steered = (height + BELOW_GROUND) / limits.descent
+    blind = math.sqrt(2.0 * height / ((1.0 - limits.blind_thrust) * GRAVITY))
+    for option, found, least in (("landing", limits.landing, steered), ("blind", limits.blind, blind)):
+        if not found > least:
+            raise ShapeError(
+                f"limits: from the fence's top the motors would be cut in the air: expected {option} above {least:.1f} "
+                f"s for a fence {height:.1f} m high, found {found:g}"
+            )
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,9 +158,14 @@ def blind_reason(condition: Condition, limits: Limits) -> str:
     """Why a landing cannot be steered, empty where it can."""
     if not knows_attitude(condition, limits):
         return f"no attitude from the robot for {condition.attitude_age:.2f} s"
-    if not fresh(condition.pose_age, limits.pose_age) or not (np.abs(condition.position) < FAR).all():
+    if not knows_position(condition, limits):
         return f"no pose from motion capture for {condition.pose_age:.2f} s"
     return ""
+
+
+def knows_position(condition: Condition, limits: Limits) -> bool:
+    """Whether there is a fresh position that is one."""
+    return fresh(condition.pose_age, limits.pose_age) and bool((np.abs(condition.position) < FAR).all())
 
 
 def knows_attitude(condition: Condition, limits: Limits) -> bool:

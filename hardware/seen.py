@@ -9,6 +9,7 @@ from hardware.clock import SystemClock
 from hardware.closing import Closing
 from hardware.frame import Frame
 from hardware.interfaces import Pose
+from hardware.reach import Reach
 from hardware.velocity import Velocity
 from sym2real.trajectory import Array
 
@@ -27,7 +28,7 @@ class SeenBody(Closing):
     def __init__(self, frame: Frame | None = None) -> None:
         self._frame, self.clock = frame or Frame(), SystemClock()
         self._poses: tuple[Pose, ...] = ()
-        self._velocity = Velocity()
+        self._velocity, self._reach = Velocity(), Reach()
         self._first = threading.Event()
 
     @abstractmethod
@@ -50,13 +51,20 @@ class SeenBody(Closing):
     def tell(self, position: Array, attitude: Array, arrival: float, stamp: float | None = None) -> None:
         """A pose has arrived: m ``# (3,)`` and w x y z ``# (4,)`` in the system's axes, and s; stamped then by default.
 
-        A position that is no number is how systems tell of a body that they lost, and so is a stamp that is told again.
+        A position that is no number is how systems tell of a body that they lost; one that the body cannot have
+        reached has not arrived, until several agree.
         """
-        stamp, before = arrival if stamp is None else stamp, self.latest()
-        if not np.isfinite(position).all() or (before is not None and stamp == before.stamp):
+        stamp, place = arrival if stamp is None else stamp, self._frame.position(position)
+        if not np.isfinite(place).all() or self._repeats(stamp, place) or not self._reach.holds(place, arrival):
             return
         turned = self._frame.attitude(attitude) if abs(attitude @ attitude - 1.0) < UNIT else None
-        place = self._frame.position(position)
+        if self._reach.anew:
+            self._velocity = Velocity()
         pose = Pose(place, turned, stamp, arrival, self._velocity.add(stamp, place))
         self._poses = (*self._poses, pose)[-KEPT:]
         self._first.set()
+
+    def _repeats(self, stamp: float, place: Array) -> bool:
+        """Whether a stamp or a position is told again: no camera measures one twice to the last bit."""
+        before = self.latest()
+        return before is not None and (stamp == before.stamp or np.array_equal(place, before.position))

@@ -48,7 +48,8 @@ def test_a_pose_that_is_told_again_with_its_stamp_is_none_of_now() -> None:
         publisher, capture = tells.advertise("/pose", POSE), RosCapture(hears, Topic("/pose"))
 
         def tell() -> None:
-            publisher.publish(Message(5.0 + seen_again.is_set(), "", (), (1.0, 2.0, 0.5, 0.0, 0.0, 0.0, 1.0)))
+            again = float(seen_again.is_set())
+            publisher.publish(Message(5.0 + again, "", (), (1.0, 2.0, 0.5 + 0.001 * again, 0.0, 0.0, 0.0, 1.0)))
 
         with repeated(tell):
             capture.connect()

@@ -41,7 +41,7 @@ def test_axes_that_are_no_frame_are_refused(axes: tuple[str, str, str]) -> None:
         Frame(axes)
 
 
-@given(st.lists(st.floats(0.001, 0.05), min_size=3, max_size=30), st.floats(-3.0, 3.0))
+@given(st.lists(st.floats(0.005, 0.05), min_size=3, max_size=30), st.floats(-3.0, 3.0))
 def test_a_constant_velocity_is_found_whatever_the_stamps(intervals: list[float], speed: float) -> None:
     velocity, time = Velocity(), 5.0
     for interval in intervals:
@@ -59,6 +59,19 @@ def test_no_velocity_from_one_position_a_gap_or_a_clock_that_goes_back() -> None
     assert velocity.add(1.05 + 2 * LONGEST, np.zeros(3)) == pytest.approx([0.0] * 3)
     assert np.isnan(velocity.add(0.5, np.zeros(3))).all()
     assert np.isnan(velocity.add(math.nan, np.zeros(3))).all()
+
+
+def test_poses_that_waited_make_no_velocity() -> None:
+    """A receiver that was held up for 0.25 s gets 25 poses 0.2 ms apart: the quotient was fifty times too large."""
+    velocity, fall, found = Velocity(), np.array([0.0, 0.0, -0.5]), []
+    captured = 0.01 * np.arange(70)
+    arrived = np.where((captured > 0.2) & (captured < 0.45), 0.445 + 0.0002 * (np.arange(70) - 45), captured)
+    for moment, stamp in zip(captured, arrived, strict=True):
+        found.append(velocity.add(stamp, moment * fall)[2])
+    known = [value for value in found if not np.isnan(value)]
+    assert len(known) > 40
+    assert np.min(known) > -0.7
+    assert np.max(known) < -0.35
 
 
 def test_a_blocked_radio_costs_old_packets_and_no_time() -> None:

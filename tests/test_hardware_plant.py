@@ -109,6 +109,7 @@ def test_a_flight_that_missed_periods_and_poses_is_learned_from_at_its_true_time
     flown.link.state = seen  # type: ignore[method-assign]
     flights = Flights(flown.plant, CRAZYFLIE, task, 200, None, 0, lambda _: None, controller)
     log = flights.log(0, CRAZYFLIE.nominal())
+    assert (flown.plant.ended, flown.link.stopped) == ("the task is over", True), "it has landed before a model trains"
     assert flown.plant.missed == 4
     assert all(np.isnan(flown.rows[row].reading.state).any() for row in late)
     assert flights.judged(log)[0] is False, "no row is missing, so it is no crash"
@@ -363,3 +364,113 @@ def test_nothing_is_sent_before_a_reset() -> None:
         flown.plant.step(REST[:2])
     flown.plant.land()
     assert not flown.link.sent
+
+
+def test_no_take_off_on_a_pose_that_has_grown_old() -> None:
+    """A finite pose of a minute ago armed the robot, and a blind landing from the floor lifted it up."""
+    flown = Flown()
+    flown.link.lost["pose"] = flown.clock.now() - 60.0
+    with pytest.raises(UnreachableError, match="no take-off: no pose from motion capture for 6"):
+        flown.plant.reset(PLACE)
+    assert not flown.link.armed
+    assert not flown.link.sent
+
+
+def test_a_take_off_needs_more_battery_than_a_flight() -> None:
+    flown = Flown()
+    flown.link.battery = 3.4
+    with pytest.raises(UnreachableError, match=r"no take-off: battery low: 3\.40 V"):
+        flown.plant.reset(PLACE)
+    assert not flown.link.armed
+
+
+@pytest.mark.parametrize("gain", [1.0, 1.31])
+def test_blind_near_the_ground_the_motors_are_cut(gain: float) -> None:
+    """There a thrust map that is wrong would lift the robot up for three seconds."""
+    flown = Flown(("gain:thrust", {"value": gain}))
+    measured = flown.link.state
+
+    def seen() -> Reading:
+        if flown.rows and "pose" not in flown.link.lost and flown.link.plant.true_state[2] > 0.03:
+            flown.link.lost["pose"] = flown.clock.now() - 0.2
+        return measured()
+
+    flown.link.state = seen  # type: ignore[method-assign]
+    with pytest.raises(UnreachableError, match="no pose"):
+        flown.plant.reset(PLACE)
+    assert "blind landing" not in {row.command.phase for row in flown.rows}
+    assert flown.link.plant.true_state[2] < 0.15
+
+
+def test_one_wrong_pose_says_nothing_about_the_ground() -> None:
+    """A high one before the take-off had every landing end at its height; a low one cut the motors in the air."""
+    flown, measured, count = Flown(), [], 0
+    read = flown.link.state
+
+    def seen() -> Reading:
+        nonlocal count
+        reading, count = read(), count + 1
+        first_of_landing = flown.rows and flown.rows[-1].command.phase == "land" and not measured
+        if count == 1:
+            reading.state[2] = 0.6
+        elif first_of_landing:
+            measured.append(flown.clock.now())
+            reading.state[2] = 0.0
+        return reading
+
+    flown.link.state = seen  # type: ignore[method-assign]
+    flown.hover(0.5)
+    flown.plant.land()
+    assert measured
+    assert flown.link.plant.true_state[2] < LANDED
+
+
+@pytest.mark.parametrize(("axis", "value"), [(0, 3.0), (0, -20.0), (2, 5.0)])
+def test_a_landing_does_not_go_where_one_wrong_pose_was(axis: int, value: float) -> None:
+    """Its line down began at that place, and the robot flew there."""
+    flown = Flown()
+    flown.hover(1.0)
+    read = flown.link.state
+
+    def seen() -> Reading:
+        reading = read()
+        if flown.rows[-1].command.verdict is Verdict.GO:
+            reading.state[axis] = value
+        return reading
+
+    flown.link.state = seen  # type: ignore[method-assign]
+    flown.down()
+    assert "fence" in flown.plant.ended
+    way = np.array([row.reading.state[:3] for row in flown.rows if row.command.phase == "land"])[1:]
+    assert np.abs(way[:, :2] - PLACE[:2]).max() < 0.3
+    assert way[:, 2].max() < PLACE[2] + 0.1
+    assert flown.link.plant.true_state[2] < LANDED
+
+
+@pytest.mark.parametrize("fault", ["pose", "attitude", "tumbled", "slow"])
+def test_a_landing_that_was_asked_for_and_went_wrong_is_a_fault(fault: str) -> None:
+    """The next reset took off again, with nobody there."""
+    flown = Flown()
+    flown.hover(0.5)
+    read, landing = flown.link.state, False
+
+    def seen() -> Reading:
+        if landing and fault == "tumbled":
+            flown.link.flags.add(fault)
+        elif landing and fault != "slow":
+            flown.link.lost.setdefault(fault, flown.clock.now())
+        reading = read()
+        if landing and fault == "slow":
+            reading.state[2] = 0.8
+        return reading
+
+    flown.link.state = seen  # type: ignore[method-assign]
+    landing = True
+    flown.plant.land()
+    landing = False
+    flown.link.lost.clear()
+    flown.link.flags.discard("tumbled")
+    words = {"tumbled": "tumbled", "slow": "took too long"}.get(fault, "blind")
+    with pytest.raises(UnreachableError, match=words):
+        flown.plant.reset(PLACE)
+    assert not flown.link.armed

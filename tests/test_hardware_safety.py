@@ -12,6 +12,7 @@ from hypothesis.extra.numpy import arrays
 from hardware.interfaces import Reading, Verdict
 from hardware.pilot import FlightPilot
 from hardware.safety import CUTS, Condition, Limits, judge, tilt_of
+from sym2real.errors import ShapeError
 from sym2real.robots import CRAZYFLIE
 from sym2real.trajectory import Array
 
@@ -54,6 +55,21 @@ def test_every_limit_lands(change: dict[str, object], words: str) -> None:
     judged = judge(replace(GOOD, **change), LIMITS)  # type: ignore[arg-type]
     assert judged.verdict is Verdict.LAND
     assert words in judged.reason
+
+
+@pytest.mark.parametrize(
+    ("limits", "words"),
+    [
+        (Limits(high=(2.0, 2.0, 5.0)), r"landing above 18\.3 s for a fence 5\.2 m high, found 12"),
+        (Limits(descent=0.1), r"landing above 22\.0 s"),
+        (Limits(high=(2.0, 2.0, 5.0), landing=20.0), r"blind above 4\.2 s for a fence 5\.2 m high, found 3"),
+        (Limits(blind=math.nan), "blind above"),
+        (Limits(late=0.5), r"late below 0\.5 s.*, found 0\.5"),
+    ],
+)
+def test_limits_by_which_a_landing_ends_in_the_air_are_refused(limits: Limits, words: str) -> None:
+    with pytest.raises(ShapeError, match=words):
+        FlightPilot(CRAZYFLIE, limits)
 
 
 @pytest.mark.parametrize("flag", CUTS)

@@ -1,6 +1,8 @@
 """The launch scripts with a fake robot beside them, in a process of its own, as a user starts them."""
 
 import json
+import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +25,12 @@ from sym2real.symbolic.storage import save_model
 
 # A machine that others use may be late: what is tested is what happens, not how fast.
 PATIENT = Limits(pose_age=60.0, attitude_age=60.0, late=60.0, overruns=10000)
+
+
+@pytest.fixture(autouse=True)
+def patient_firmware(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With the patience above: no real flight may be that late."""
+    monkeypatch.setattr("hardware.safety.LEVELS_AFTER", math.inf)
 
 
 @pytest.fixture(scope="module")
@@ -115,10 +123,20 @@ def test_numbers_that_no_flight_has_are_refused_before_it(model: str, tmp_path: 
             CrazyflieLaboratory(sim=True, limits=limits).pilot()
 
 
+ON_THE_GROUND = np.array([0.1, 0.2, 0.0125, 1.0, *[0.0] * 9])
+
+
 def ground(**changed: object) -> list[Reading]:
-    state = np.array([0.1, 0.2, 0.0125, 1.0, *[0.0] * 9])
-    values = {"state": state, "battery": 4.0, "flags": frozenset({"can_fly"}), "extra": {"capture_yaw": 0.0}} | changed
-    return [Reading(0.01 * at, ages={"pose": 0.01, "attitude": 0.01}, **values) for at in range(100)]  # type: ignore[arg-type]
+    values = {"battery": 4.0, "flags": frozenset({"can_fly"}), "extra": {"capture_yaw": 0.0}} | changed
+    ages, noise = {"pose": 0.01, "attitude": 0.01}, 1e-4 * np.random.default_rng(0).standard_normal((100, 13))
+    state = values.pop("state", ON_THE_GROUND)
+    return [Reading(0.01 * at, state + noise[at], ages, **values) for at in range(100)]  # type: ignore[arg-type,operator]
+
+
+def test_poses_that_repeat_to_the_last_bit_forbid_a_take_off() -> None:
+    frozen = [replace(reading, state=ON_THE_GROUND) for reading in ground()]
+    failed = [check for check in CrazyflieLaboratory().checks(frozen) if not check.holds]
+    assert [check.name for check in failed] == ["spread of the position"]
 
 
 def test_checks_hold_on_a_robot_that_stands_ready() -> None:

@@ -26,7 +26,6 @@ from sym2real.trajectory import Array
 
 FAKE_MAP = "2025.02"
 LIMITS = Limits()
-RESERVE = 0.3  # V above the limit: about what a take-off pulls a Crazyflie's battery down
 UPRIGHT = math.radians(10.0)
 FACING = math.radians(15.0)
 
@@ -93,6 +92,7 @@ class CrazyflieLaboratory(Laboratory):
     def checks(self, readings: Sequence[Reading]) -> list[Check]:
         """What must hold before a take-off, judged on the ground."""
         last, states = readings[-1], np.array([reading.state for reading in readings])
+        charged = last.battery >= self.limits.battery + self.limits.reserve
         flagged = sorted(last.flags & set(CUTS))
         return [
             stream("motion capture", "pose", "pose_stamp", readings, self.limits.pose_age),
@@ -101,7 +101,7 @@ class CrazyflieLaboratory(Laboratory):
             below("tilt", max(map(tilt_of, states[:, 3:7])), UPRIGHT, "rad", "stand it upright on level ground"),
             below("yaw against motion capture", _facing(readings), FACING, "rad", "turn its front along x, restart it"),
             inside(states[-1, :3], self.limits.low, self.limits.high),
-            Check("battery", f"{last.battery:.2f} V", last.battery >= self.limits.battery + RESERVE, "charge it"),
+            Check("battery", f"{last.battery:.2f} V", charged, "charge it"),
             Check("supervisor", " ".join(sorted(last.flags)) or "nothing set", not flagged, "restart the robot"),
         ]
 

@@ -1,6 +1,7 @@
 """The states of a drive: go, brake, stand. What is sent in each follows from readings alone, so that tests set them."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -72,7 +73,7 @@ class DrivePilot:
         self.late, self.holding = self.limits.late, HOLDING
         self._start()
 
-    def begin(self, reading: Reading) -> None:
+    def begin(self, readings: Sequence[Reading]) -> None:
         """A drive begins."""
         self._start()
 

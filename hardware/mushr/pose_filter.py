@@ -7,7 +7,7 @@ import numpy as np
 
 from hardware.frame import heading
 from hardware.interfaces import Pose
-from hardware.velocity import Velocity
+from hardware.velocity import TOGETHER, Velocity
 from sym2real.trajectory import Array
 
 MEDIAN = 3  # poses: one outlier passes nowhere, at the price of one pose's delay
@@ -20,7 +20,7 @@ class PoseFilter:
 
     def __init__(self) -> None:
         self._recent: deque[tuple[float, Array]] = deque(maxlen=MEDIAN)
-        self._velocity = Velocity(WINDOW, longest=GAP)
+        self._velocity = Velocity(WINDOW, shortest=TOGETHER, longest=GAP)  # the stamps are the cameras' own
         self._yaw = 0.0
         self.state = np.full(7, math.nan)
 

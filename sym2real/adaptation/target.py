@@ -97,6 +97,7 @@ class Flights:
             on_step=lambda step, *_: self.on_progress(Progress(what, step + 1, self.steps)),
             name=f"round_{number:02d}",
         )
+        getattr(self.plant, "land", lambda: None)()  # a robot, before training takes the processor from its pilot
         return Dataset([without_holes(episode, self.plant.dt)])
 
     def judged(self, log: Dataset) -> tuple[bool, float, float]:

@@ -3,6 +3,7 @@
 Nothing here is timed: waits end when what they wait for has come, or after generous limits.
 """
 
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -189,6 +190,45 @@ def test_stop_and_emergency_stop_reach_every_firmware(protocol: int) -> None:
         wait_for(lambda: fake.vehicle.thrust == 0.0 and not fake.vehicle.supervisor.armed)
         link.stop(emergency=True)
         wait_for(lambda: fake.vehicle.supervisor.locked)
+
+
+@contextmanager
+def busy_radio(link: CrazyflieLink) -> Iterator[threading.Event]:
+    """The radio takes no packet until the event is set, or the context ends."""
+    driver, free, stuck = link.connection.crazyflie.link, threading.Event(), threading.Event()
+    send = driver.send_packet
+
+    def late(packet: Any) -> None:
+        stuck.set()
+        free.wait(PATIENCE)
+        send(packet)
+
+    driver.send_packet = late
+    try:
+        wait_for(stuck.is_set, link.state)  # a position is on its way, and all else waits behind it
+        yield free
+    finally:
+        free.set()
+
+
+def test_a_set_point_does_not_replace_an_emergency_stop_that_waits(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The guard's next one took its place, and the second Ctrl-C was lost."""
+    with connected() as (link, fake):
+        link.arm()
+        wait_for(lambda: fake.vehicle.thrust > 0.1, lambda: link.send([0.2, 0, 0, 0]))
+        stop, stops = link.connection.emergency_stop, list[float]()
+        monkeypatch.setattr(link.connection, "emergency_stop", lambda: (stop(), stops.append(time.monotonic())))
+        with busy_radio(link):
+            link.stop(emergency=True)
+            told = link.send([0.2, 0.0, 0.0, 0.0])
+        link._require_sent()
+        assert stops, "the watchdog, and nobody else, would lock the robot"
+        wait_for(lambda: fake.vehicle.supervisor.locked)
+        assert (told == 0.0).all()
+        before = fake.firmware.commands
+        link.send([0.2, 0.0, 0.0, 0.0])
+        link.stop()
+        assert fake.firmware.commands == before
 
 
 def test_what_is_no_action_is_not_sent() -> None:

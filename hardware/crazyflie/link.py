@@ -22,7 +22,7 @@ from hardware.interfaces import MotionCapture, Reading, finite_action
 from sym2real.robots import CRAZYFLIE
 from sym2real.trajectory import Array
 
-SET_POINT, REQUEST, POSITION = "set-point", "request", "position"
+STOP, SET_POINT, REQUEST, POSITION = "stop", "set-point", "request", "position"
 CONNECTING, ARMING, STOPPING = 20.0, 3.0, 0.5  # s
 # The Kalman filter is the estimator that takes positions; it starts where it is now told to be.
 ESTIMATOR = {"stabilizer.estimator": 2}
@@ -62,7 +62,7 @@ class CrazyflieLink(Closing):
         self._sender: NewestOnly | None = None
         self._telemetry: Telemetry | None = None
         self._told = 0.0  # stamp of the last position that the robot was told
-        self._count, self._saturated = 0, False
+        self._count, self._saturated, self._locked = 0, False, False
 
     @property
     def about(self) -> dict[str, Any]:
@@ -87,7 +87,7 @@ class CrazyflieLink(Closing):
         self.connection.set_parameters(ESTIMATOR, required=False)
         self.connection.set_parameters(self.route.parameters)
         self._block = block_for(self.connection.logged)
-        self._sender = NewestOnly(SET_POINT, REQUEST, POSITION)
+        self._sender = NewestOnly(STOP, SET_POINT, REQUEST, POSITION)
         self.connection.log(self._block.variables, PERIOD_MS, self._receive)
         self._await(lambda: self._telemetry is not None, CONNECTING, "the first log packet")
         self._await(lambda: bool(np.isfinite(self.state().state).all()), CONNECTING, "a whole state")
@@ -127,12 +127,16 @@ class CrazyflieLink(Closing):
         return Reading(now, state, ages, told.battery, told.flags, extra)
 
     def send(self, action: ArrayLike) -> Array:
-        """Thrust in N and body rates in rad/s ``# (4,)``; the same as the robot is told them.
+        """Thrust in N and body rates in rad/s ``# (4,)``; the same as the robot is told them; zeros once it is locked.
 
         Raises:
             ShapeError: for an action that is not finite or has other columns; nothing is sent then.
         """
         wanted = finite_action(action, self.robot)
+        if self._locked:
+            self._count, self._saturated = 0, False
+            self._put(self._stop_and_lock, STOP)  # the one before may have been lost on the air
+            return np.zeros_like(wanted)
         counts = self.thrust_map.counts(float(wanted[0]))
         self._count = self.route.reachable(counts.value)
         self._saturated = counts.saturated or self._count != counts.value
@@ -142,9 +146,11 @@ class CrazyflieLink(Closing):
         return np.array([self.thrust_map.newtons(self._count), *rates])
 
     def stop(self, *, emergency: bool = False) -> None:
-        """Motors off and disarmed; after an emergency stop until the robot is restarted."""
+        """Motors off and disarmed; after an emergency stop nothing else is sent until the robot is restarted."""
         if self._sender is not None and not self.dry:
-            self._put(self._stop_and_lock if emergency else self._stop)
+            self._locked = self._locked or emergency
+            # Alone: an arming request or a set-point that still waits would go out after it.
+            self._sender.put_alone(STOP, self._stop_and_lock if self._locked else self._stop)
             self._sender.flush(STOPPING)
 
     def close(self) -> None:

@@ -38,6 +38,13 @@ class NewestOnly:
             self._waiting[kind] = send
             self._changed.notify_all()
 
+    def put_alone(self, kind: str, send: Send) -> None:
+        """Send this in place of all that waits; it never waits."""
+        with self._changed:
+            self.replaced += sum(waiting is not None for waiting in self._waiting.values())
+            self._waiting = {**dict.fromkeys(self._waiting), kind: send}
+            self._changed.notify_all()
+
     def flush(self, seconds: float) -> bool:
         """Wait until all is sent, at most so long; whether it is."""
         with self._changed:

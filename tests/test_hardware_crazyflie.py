@@ -231,6 +231,21 @@ def test_a_set_point_does_not_replace_an_emergency_stop_that_waits(monkeypatch: 
         assert fake.firmware.commands == before
 
 
+def test_a_request_to_arm_that_waits_goes_with_a_stop(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It went out after the stop, when the radio came back, and left the robot armed."""
+    monkeypatch.setattr("hardware.crazyflie.link.ARMING", 0.3)
+    with connected() as (link, fake):
+        arm, asked = link.connection.arm, list[bool]()
+        monkeypatch.setattr(link.connection, "arm", lambda armed: (asked.append(armed), arm(armed)))
+        with busy_radio(link):
+            with pytest.raises(LinkError, match="armed"):
+                link.arm()
+            link.stop()
+        link._require_sent()
+        assert asked == [False]
+        assert not fake.vehicle.supervisor.armed
+
+
 def test_what_is_no_action_is_not_sent() -> None:
     with connected() as (link, fake):
         link.arm()

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 import torch
+from cflib.crtp import radiodriver
 from ros_peers import PATIENCE, wait_for
 
 from hardware.crazyflie.connection import Connection
@@ -335,6 +336,30 @@ def test_a_drone_out_of_reach_ends_the_flight() -> None:
         wait_for(lambda: plant.crashed, lambda: plant.step(CRAZYFLIE.rest))
         assert "attitude" in plant.ended
         wait_for(lambda: fake.vehicle.supervisor.locked)  # its own watchdog
+
+
+def test_a_gap_of_the_radio_does_not_end_the_link_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """After a hundred packets without an answer, less than a second, cflib closed it for good."""
+    monkeypatch.setattr(radiodriver, "_nr_of_retries", 100)
+    asked: list[int] = []
+    for uri in ("udp://127.0.0.1:1", "radio://0/80/2M"):
+        connection = Connection(uri)
+
+        def answer(uri: str, connected: Any = connection.crazyflie.fully_connected) -> None:
+            asked.append(radiodriver._nr_of_retries)
+            connected.call(uri)
+
+        monkeypatch.setattr(connection.crazyflie, "open_link", answer)
+        connection.open(PATIENCE)
+    assert asked == [100, 1500]
+
+
+def test_the_end_of_a_connection_is_told_and_recorded(caplog: pytest.LogCaptureFixture) -> None:
+    with connected() as (link, _):
+        assert "lost" not in link.state().flags
+        link.connection.crazyflie._link_error_cb("Too many packets lost")
+        assert "lost" in link.state().flags
+    assert "the connection is lost, and nothing is sent any more: Too many packets lost" in caplog.text
 
 
 def _place(height: float) -> Array:

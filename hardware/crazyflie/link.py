@@ -109,7 +109,10 @@ class CrazyflieLink(Closing):
         self._await(lambda: wanted in self.state().flags, ARMING, f"the flag {wanted!r} (the robot says: {said})")
 
     def state(self) -> Reading:
-        """Position and velocity of motion capture, attitude and rates of the robot; the robot is told its position."""
+        """Position and velocity of motion capture, attitude and rates of the robot; the robot is told its position.
+
+        The flag "lost" says that the connection has ended for good.
+        """
         now, pose, told = self._clock.now(), self._capture.latest(), self._telemetry
         state = np.full(self.robot.layouts.state.size, math.nan)
         ages = {"pose": math.inf, "attitude": math.inf}
@@ -124,7 +127,8 @@ class CrazyflieLink(Closing):
             return Reading(now, state, ages, extra=extra)
         state[3:7], state[10:13] = told.attitude, told.rates
         ages["attitude"], extra["robot_stamp"] = now - told.arrival, told.stamp
-        return Reading(now, state, ages, told.battery, told.flags, extra)
+        flags = told.flags | {"lost"} if self.connection.lost else told.flags
+        return Reading(now, state, ages, told.battery, flags, extra)
 
     def send(self, action: ArrayLike) -> Array:
         """Thrust in N and body rates in rad/s ``# (4,)``; the same as the robot is told them; zeros once it is locked.

@@ -6,6 +6,8 @@ import socket
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -42,10 +44,15 @@ with beside("hardware.fakes", []) as fake:
 """
 
 
-def started(text: str) -> subprocess.Popen[str]:
+@contextmanager
+def started(text: str) -> Iterator[subprocess.Popen[str]]:
     """A script in a process group of its own, as a shell starts it; its words come by the pipe."""
-    root = Path(__file__).parents[1]
-    return subprocess.Popen([sys.executable, "-c", text], cwd=root, stdout=subprocess.PIPE, text=True, process_group=0)
+    command, root = [sys.executable, "-c", text], Path(__file__).parents[1]
+    with subprocess.Popen(command, cwd=root, stdout=subprocess.PIPE, text=True, process_group=0) as script:
+        try:
+            yield script
+        finally:
+            script.kill()
 
 
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGQUIT", "SIGHUP"])
@@ -58,6 +65,7 @@ def test_whatever_ends_a_script_lands_first(name: str) -> None:
         if name == "SIGHUP":  # the kernel's, after the shell's
             script.send_signal(signal.SIGHUP)
         assert script.stdout.readline() == "landed\n"
+        assert script.wait(PATIENCE) == 130
 
 
 def answers(address: str) -> bool:

@@ -126,7 +126,15 @@ def test_state_arrives_in_world_axes_whatever_the_firmware(protocol: int) -> Non
         assert (link._block is BLOCKS[0]) == (protocol >= 10)
         wait_for(lambda: abs(abs(link.state().state[3:7] @ fake.vehicle.state[3:7]) - 1.0) < 1e-3)
         assert link.state().battery == pytest.approx(4.1, abs=0.01)
-        wait_for(lambda: np.abs(np.array(fake.firmware.position) - fake.vehicle.state[:3]).max() < 0.01, link.state)
+        wait_for(lambda: np.abs(np.array(fake.firmware.position) - fake.vehicle.state[:3]).max() < 0.01)
+
+
+def test_the_robot_is_told_its_position_though_nobody_reads_it() -> None:
+    """Between two flights its own estimator was told none, and drifted away."""
+    with connected() as (link, fake):
+        fake.do(lambda vehicle: _floating(vehicle, [0.5, -0.3, 1.0, 1.0, *[0.0] * 9]))
+        wait_for(lambda: np.abs(np.array(fake.firmware.position) - fake.vehicle.state[:3]).max() < 0.01)
+        assert link.connection.lost == ""
 
 
 def _floating(vehicle: Vehicle, state: list[float]) -> None:
@@ -206,7 +214,7 @@ def busy_radio(link: CrazyflieLink) -> Iterator[threading.Event]:
 
     driver.send_packet = late
     try:
-        wait_for(stuck.is_set, link.state)  # a position is on its way, and all else waits behind it
+        wait_for(stuck.is_set)  # a position is on its way, and all else waits behind it
         yield free
     finally:
         free.set()

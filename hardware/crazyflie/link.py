@@ -109,7 +109,7 @@ class CrazyflieLink(Closing):
         self._await(lambda: wanted in self.state().flags, ARMING, f"the flag {wanted!r} (the robot says: {said})")
 
     def state(self) -> Reading:
-        """Position and velocity of motion capture, attitude and rates of the robot; the robot is told its position.
+        """Position and velocity of motion capture, attitude and rates of the robot.
 
         The flag "lost" says that the connection has ended for good.
         """
@@ -122,7 +122,6 @@ class CrazyflieLink(Closing):
             ages["pose"], extra["pose_stamp"] = now - pose.arrival, pose.stamp
             if pose.attitude is not None:
                 extra["capture_yaw"] = heading(pose.attitude)
-            self._tell_position(pose.stamp, pose.position)
         if told is None:
             return Reading(now, state, ages, extra=extra)
         state[3:7], state[10:13] = told.attitude, told.rates
@@ -155,7 +154,7 @@ class CrazyflieLink(Closing):
             self._locked = self._locked or emergency
             # Alone: an arming request or a set-point that still waits would go out after it.
             self._sender.put_alone(STOP, self._stop_and_lock if self._locked else self._stop)
-            self._sender.flush(STOPPING)
+            self._sender.flush(STOPPING, STOP)
 
     def close(self) -> None:
         """Stop, and close both links."""
@@ -185,24 +184,24 @@ class CrazyflieLink(Closing):
         self._sender.put(kind, send)
 
     def _require_sent(self) -> None:
-        if self._sender is None or not self._sender.flush(ARMING):
+        if self._sender is None or not self._sender.flush(ARMING, STOP, SET_POINT, REQUEST):
             raise LinkError(f"{self.connection.uri}: the radio takes no packets")
 
-    def _tell_position(self, stamp: float, position: Array) -> None:
-        if self._sender is not None and stamp != self._told:
-            self._told, place = stamp, position.tolist()
-            self._sender.put(POSITION, lambda: self.connection.crazyflie.extpos.send_extpos(*place))
+    def _tell_position(self) -> None:
+        pose, sender = self._capture.latest(), self._sender
+        if sender is not None and pose is not None and pose.stamp != self._told:
+            self._told, place = pose.stamp, pose.position.tolist()
+            sender.put(POSITION, lambda: self.connection.crazyflie.extpos.send_extpos(*place))
 
     def _receive(self, stamp_ms: int, values: dict[str, Any]) -> None:
         arrival, unpack = self._clock.now(), self.connection.unpack_quaternion
         self._telemetry = read(self._block, values, unpack, stamp_ms, arrival)
+        self._tell_position()  # with every log packet, in flight or between two: its estimator must not drift away
 
     def _await(self, ready: Callable[[], bool], seconds: float, what: str) -> None:
-        """Wait, telling the robot its position meanwhile."""
         start = due = self._clock.now()
         while not ready():
             if self.connection.lost or due - start > seconds:
                 raise LinkError(f"{self.connection.uri}: {self.connection.lost or f'no {what} in {seconds:g} s'}")
             due += self.robot.dt
             self._clock.sleep_until(due)
-            self.state()

@@ -5,6 +5,7 @@ process loses less than a tenth of a second. Beside it ``flight.yaml`` says what
 """
 
 import json
+import logging
 import math
 import queue
 import threading
@@ -25,6 +26,7 @@ from sym2real.logs.table import read_table
 from sym2real.robots import Robot
 from sym2real.trajectory import Trajectory
 
+LOGGER = logging.getLogger(__name__)
 BATCH = 0.05  # s between two writes
 STAGES = {"way to the start": 0.0, "task": 1.0, "landing": 2.0}
 TEXTS = ("phase", "reason", "flags")
@@ -69,6 +71,7 @@ class Recorder:
 
     def add(self, row: Row) -> None:
         """Take a row; it never waits."""
+        self._reason = row.command.reason
         self._rows.put(row)
 
     def close(self, ended: str = "") -> None:
@@ -79,12 +82,15 @@ class Recorder:
         """
         self._rows.put(None)
         self._thread.join()
-        if self._failure is not None:
-            raise DataError(self.growing, "a file that can be written", reason(self._failure)) from self._failure
+        failed = {} if self._failure is None else {"failed": reason(self._failure)}
+        try:  # before what a full disk may refuse
+            self._describe({"ended": ended or self._reason or "closed in flight", "rows": self._written, **failed})
+        finally:
+            if self._failure is not None:
+                raise DataError(self.growing, "a file that can be written", failed["failed"]) from self._failure
         if self._written:
             arrow_stream.to_parquet(self.growing, self.path)
             self.growing.unlink()
-        self._describe({"ended": ended or self._reason or "closed in flight", "rows": self._written})
 
     def __enter__(self) -> Self:
         return self
@@ -104,6 +110,7 @@ class Recorder:
                 self._append_all(file, first)
         except Exception as error:
             self._failure = error
+            LOGGER.error("%s: nothing more is recorded, the flight goes on: %s", self.growing, reason(error))
 
     def _append_all(self, file: arrow_stream.ArrowStream, first: Row) -> None:
         waiting: list[Row | None] = [first]
@@ -111,7 +118,6 @@ class Recorder:
             rows = [self._cells(row) for row in waiting if row is not None]
             file.append(rows)
             self._written += len(rows)
-            self._reason = next((row.command.reason for row in reversed(waiting) if row is not None), self._reason)
             if None in waiting:
                 return
             waiting = [self._rows.get()]

@@ -4,6 +4,7 @@ Nothing here is timed: waits end when what they wait for has come, or after gene
 """
 
 import math
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -13,6 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 import torch
+from cflib.crtp import radiodriver
 from ros_peers import PATIENCE, wait_for
 
 from hardware.crazyflie.connection import Connection
@@ -131,7 +133,15 @@ def test_state_arrives_in_world_axes_whatever_the_firmware(protocol: int) -> Non
         assert (link._block is BLOCKS[0]) == (protocol >= 10)
         wait_for(lambda: abs(abs(link.state().state[3:7] @ fake.vehicle.state[3:7]) - 1.0) < 1e-3)
         assert link.state().battery == pytest.approx(4.1, abs=0.01)
-        wait_for(lambda: np.abs(np.array(fake.firmware.position) - fake.vehicle.state[:3]).max() < 0.01, link.state)
+        wait_for(lambda: np.abs(np.array(fake.firmware.position) - fake.vehicle.state[:3]).max() < 0.01)
+
+
+def test_the_robot_is_told_its_position_though_nobody_reads_it() -> None:
+    """Between two flights its own estimator was told none, and drifted away."""
+    with connected() as (link, fake):
+        fake.do(lambda vehicle: _floating(vehicle, [0.5, -0.3, 1.0, 1.0, *[0.0] * 9]))
+        wait_for(lambda: np.abs(np.array(fake.firmware.position) - fake.vehicle.state[:3]).max() < 0.01)
+        assert link.connection.lost == ""
 
 
 def _floating(vehicle: Vehicle, state: list[float]) -> None:
@@ -196,6 +206,60 @@ def test_stop_and_emergency_stop_reach_every_firmware(protocol: int) -> None:
         wait_for(lambda: fake.vehicle.thrust == 0.0 and not fake.vehicle.supervisor.armed)
         link.stop(emergency=True)
         wait_for(lambda: fake.vehicle.supervisor.locked)
+
+
+@contextmanager
+def busy_radio(link: CrazyflieLink) -> Iterator[threading.Event]:
+    """The radio takes no packet until the event is set, or the context ends."""
+    driver, free, stuck = link.connection.crazyflie.link, threading.Event(), threading.Event()
+    send = driver.send_packet
+
+    def late(packet: Any) -> None:
+        stuck.set()
+        free.wait(PATIENCE)
+        send(packet)
+
+    driver.send_packet = late
+    try:
+        wait_for(stuck.is_set)  # a position is on its way, and all else waits behind it
+        yield free
+    finally:
+        free.set()
+
+
+def test_a_set_point_does_not_replace_an_emergency_stop_that_waits(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The guard's next one took its place, and the second Ctrl-C was lost."""
+    with connected() as (link, fake):
+        link.arm()
+        wait_for(lambda: fake.vehicle.thrust > 0.1, lambda: link.send([0.2, 0, 0, 0]))
+        stop, stops = link.connection.emergency_stop, list[float]()
+        monkeypatch.setattr(link.connection, "emergency_stop", lambda: (stop(), stops.append(time.monotonic())))
+        with busy_radio(link):
+            link.stop(emergency=True)
+            told = link.send([0.2, 0.0, 0.0, 0.0])
+        link._require_sent()
+        assert stops, "the watchdog, and nobody else, would lock the robot"
+        wait_for(lambda: fake.vehicle.supervisor.locked)
+        assert (told == 0.0).all()
+        before = fake.firmware.commands
+        link.send([0.2, 0.0, 0.0, 0.0])
+        link.stop()
+        assert fake.firmware.commands == before
+
+
+def test_a_request_to_arm_that_waits_goes_with_a_stop(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It went out after the stop, when the radio came back, and left the robot armed."""
+    monkeypatch.setattr("hardware.crazyflie.link.ARMING", 0.3)
+    with connected() as (link, fake):
+        arm, asked = link.connection.arm, list[bool]()
+        monkeypatch.setattr(link.connection, "arm", lambda armed: (asked.append(armed), arm(armed)))
+        with busy_radio(link):
+            with pytest.raises(LinkError, match="armed"):
+                link.arm()
+            link.stop()
+        link._require_sent()
+        assert asked == [False]
+        assert not fake.vehicle.supervisor.armed
 
 
 def test_what_is_no_action_is_not_sent() -> None:
@@ -287,6 +351,30 @@ def test_a_drone_out_of_reach_ends_the_flight() -> None:
         wait_for(lambda: plant.crashed, lambda: plant.step(CRAZYFLIE.rest))
         assert "attitude" in plant.ended
         wait_for(lambda: fake.vehicle.supervisor.locked)  # its own watchdog
+
+
+def test_a_gap_of_the_radio_does_not_end_the_link_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """After a hundred packets without an answer, less than a second, cflib closed it for good."""
+    monkeypatch.setattr(radiodriver, "_nr_of_retries", 100)
+    asked: list[int] = []
+    for uri in ("udp://127.0.0.1:1", "radio://0/80/2M"):
+        connection = Connection(uri)
+
+        def answer(uri: str, connected: Any = connection.crazyflie.fully_connected) -> None:
+            asked.append(radiodriver._nr_of_retries)
+            connected.call(uri)
+
+        monkeypatch.setattr(connection.crazyflie, "open_link", answer)
+        connection.open(PATIENCE)
+    assert asked == [100, 1500]
+
+
+def test_the_end_of_a_connection_is_told_and_recorded(caplog: pytest.LogCaptureFixture) -> None:
+    with connected() as (link, _):
+        assert "lost" not in link.state().flags
+        link.connection.crazyflie._link_error_cb("Too many packets lost")
+        assert "lost" in link.state().flags
+    assert "the connection is lost, and nothing is sent any more: Too many packets lost" in caplog.text
 
 
 def _place(height: float) -> Array:

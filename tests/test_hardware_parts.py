@@ -89,10 +89,14 @@ def test_a_blocked_radio_costs_old_packets_and_no_time() -> None:
         sender.put("position", lambda number=number: gone.append(("position", number)))
         sender.put("set-point", lambda number=number: gone.append(("set-point", number)))
     assert not sender.flush(0.01)
+    assert not sender.flush(0.01, "position")
+    sender.put_alone("position", lambda: gone.append(("position", 99)))
+    assert sender.flush(0.01, "set-point"), "none waits, whatever the radio is busy with"
+    sender.put("set-point", lambda: gone.append(("set-point", 99)))
     free.set()
     assert sender.flush(10.0)
     assert gone == [("set-point", 99), ("position", 99)]
-    assert sender.replaced == 198
+    assert sender.replaced == 200
     sender.close()
 
 

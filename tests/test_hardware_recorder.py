@@ -1,10 +1,12 @@
 """One run, one file: what was asked and sent, readable at once, and after the process was killed."""
 
+import errno
 import os
 import signal
 import subprocess
 import sys
 import time
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,6 +14,7 @@ import numpy as np
 import pytest
 import yaml
 
+from hardware.arrow_stream import ArrowStream
 from hardware.interfaces import Verdict
 from hardware.pilot import FlightPilot
 from hardware.plant import HardwarePlant
@@ -148,6 +151,28 @@ def test_a_killed_process_leaves_its_rows(tmp_path: Path) -> None:
     assert ran.status == -signal.SIGKILL
     assert len(read_log(path.with_suffix(".arrow"), layouts=CRAZYFLIE.layouts)) == int(ran.out)
     assert "killed" in yaml.safe_load(path.with_suffix(".yaml").read_text())["ended"]
+
+
+def test_a_full_disk_is_told_at_once_and_the_flight_ends(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """It flew to the end without a word, and its YAML file said that it still ran, or was killed."""
+    append, path = ArrowStream.append, tmp_path / "flight.parquet"
+
+    def refuse(stream: ArrowStream, rows: Sequence[Mapping[str, float | str]]) -> None:
+        if recorder.written:
+            raise OSError(errno.ENOSPC, "none")
+        append(stream, rows)
+
+    monkeypatch.setattr(ArrowStream, "append", refuse)
+    with pytest.raises(DataError, match="No space left"), Recorder(path, CRAZYFLIE, {}) as recorder:
+        rows = fly(recorder)
+        recorder._thread.join()
+        assert caplog.text.count("No space left") == 1
+        assert rows[-1].command.reason == "the task is over"
+    about = yaml.safe_load(path.with_suffix(".yaml").read_text())
+    assert (about["ended"], about["failed"]) == ("the task is over", "No space left on device")
+    assert len(read_log(recorder.growing)) == about["rows"] == recorder.written > 0
 
 
 def test_no_flight_is_written_over_another(tmp_path: Path) -> None:

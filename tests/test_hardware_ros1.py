@@ -232,6 +232,20 @@ def test_what_waits_is_sent_before_a_node_closes(uri: str) -> None:
             wait_for(lambda: bool(heard) and heard[-1].numbers == (0.0,) * 5)
 
 
+def test_a_connection_that_breaks_is_made_again(uri: str, caplog: pytest.LogCaptureFixture) -> None:
+    """One reset of a pose connection silenced the poses for good, while the publisher went on."""
+    heard: list[Message] = []
+    with Node("/here", uri, "127.0.0.1") as node, Node("/there", uri, "127.0.0.1") as other:
+        poses = node.advertise("/pose", POSE)
+        other.subscribe("/pose", POSE, heard.append)
+        for _ in range(3):
+            known = len(heard)
+            wait_for(lambda known=known: len(heard) > known, lambda: poses.publish(a_pose(0.0, 1.0)))
+            for subscriber in list(poses._subscribers):
+                subscriber._connection.shutdown(socket.SHUT_RDWR)
+    assert "the other side closed" in caplog.text
+
+
 @pytest.mark.parametrize(
     "reply", [b"", b"nonsense", struct.pack("<I", 2**31), struct.pack("<I", 6) + b"\xff\xff\xff\xffab"]
 )

@@ -15,6 +15,9 @@ from hardware.errors import LinkError
 from sym2real.errors import MissingDependencyError
 from sym2real.trajectory import Array
 
+# cflib closes a radio link for good after so many packets without an answer; each takes 2 ms or more: at least 3 s.
+UNANSWERED = 1500
+LOGGER = logging.getLogger(__name__)
 LIBRARY = "cflib: pip install 'sym2real[crazyflie]'"
 
 
@@ -53,11 +56,14 @@ class Connection:
 
         def failed(_: str, why: str) -> None:
             self._failure = why.strip().split("\n", maxsplit=1)[0]
+            if ended.is_set():
+                LOGGER.error("%s: the connection is lost, and nothing is sent any more: %s", self.uri, self._failure)
             ended.set()
 
         self.crazyflie.fully_connected.add_callback(lambda _: ended.set())
         self.crazyflie.connection_failed.add_callback(failed)
         self.crazyflie.connection_lost.add_callback(failed)
+        self._outlast_gaps()
         self.crazyflie.open_link(self.uri)
         if ended.wait(seconds) and not self._failure:
             return
@@ -130,6 +136,13 @@ class Connection:
 
         unpacked: Array = decompress_quaternion(packed)
         return unpacked
+
+    def _outlast_gaps(self) -> None:
+        """A gap of the radio that is shorter than the robot's own watchdog must not end the link."""
+        if self.uri.startswith("radio"):
+            from cflib.crtp import radiodriver  # noqa: PLC0415
+
+            radiodriver.set_retries_before_disconnect(UNANSWERED)
 
     def close(self) -> None:
         """Close the link; a set-point without thrust goes out first."""

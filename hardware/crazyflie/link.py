@@ -22,7 +22,7 @@ from hardware.interfaces import MotionCapture, Reading, finite_action
 from sym2real.robots import CRAZYFLIE
 from sym2real.trajectory import Array
 
-SET_POINT, REQUEST, POSITION = "set-point", "request", "position"
+STOP, SET_POINT, REQUEST, POSITION = "stop", "set-point", "request", "position"
 CONNECTING, ARMING, STOPPING = 20.0, 3.0, 0.5  # s
 # The Kalman filter is the estimator that takes positions; it starts where it is now told to be.
 ESTIMATOR = {"stabilizer.estimator": 2}
@@ -62,7 +62,7 @@ class CrazyflieLink(Closing):
         self._sender: NewestOnly | None = None
         self._telemetry: Telemetry | None = None
         self._told = 0.0  # stamp of the last position that the robot was told
-        self._count, self._saturated = 0, False
+        self._count, self._saturated, self._locked = 0, False, False
 
     @property
     def about(self) -> dict[str, Any]:
@@ -87,7 +87,7 @@ class CrazyflieLink(Closing):
         self.connection.set_parameters(ESTIMATOR, required=False)
         self.connection.set_parameters(self.route.parameters)
         self._block = block_for(self.connection.logged)
-        self._sender = NewestOnly(SET_POINT, REQUEST, POSITION)
+        self._sender = NewestOnly(STOP, SET_POINT, REQUEST, POSITION)
         self.connection.log(self._block.variables, PERIOD_MS, self._receive)
         self._await(lambda: self._telemetry is not None, CONNECTING, "the first log packet")
         self._await(lambda: bool(np.isfinite(self.state().state).all()), CONNECTING, "a whole state")
@@ -109,7 +109,10 @@ class CrazyflieLink(Closing):
         self._await(lambda: wanted in self.state().flags, ARMING, f"the flag {wanted!r} (the robot says: {said})")
 
     def state(self) -> Reading:
-        """Position and velocity of motion capture, attitude and rates of the robot; the robot is told its position."""
+        """Position and velocity of motion capture, attitude and rates of the robot.
+
+        The flag "lost" says that the connection has ended for good.
+        """
         now, pose, told = self._clock.now(), self._capture.latest(), self._telemetry
         state = np.full(self.robot.layouts.state.size, math.nan)
         ages = {"pose": math.inf, "attitude": math.inf}
@@ -119,20 +122,24 @@ class CrazyflieLink(Closing):
             ages["pose"], extra["pose_stamp"] = now - pose.arrival, pose.stamp
             if pose.attitude is not None:
                 extra["capture_yaw"] = heading(pose.attitude)
-            self._tell_position(pose.stamp, pose.position)
         if told is None:
             return Reading(now, state, ages, extra=extra)
         state[3:7], state[10:13] = told.attitude, told.rates
         ages["attitude"], extra["robot_stamp"] = now - told.arrival, told.stamp
-        return Reading(now, state, ages, told.battery, told.flags, extra)
+        flags = told.flags | {"lost"} if self.connection.lost else told.flags
+        return Reading(now, state, ages, told.battery, flags, extra)
 
     def send(self, action: ArrayLike) -> Array:
-        """Thrust in N and body rates in rad/s ``# (4,)``; the same as the robot is told them.
+        """Thrust in N and body rates in rad/s ``# (4,)``; the same as the robot is told them; zeros once it is locked.
 
         Raises:
             ShapeError: for an action that is not finite or has other columns; nothing is sent then.
         """
         wanted = finite_action(action, self.robot)
+        if self._locked:
+            self._count, self._saturated = 0, False
+            self._put(self._stop_and_lock, STOP)  # the one before may have been lost on the air
+            return np.zeros_like(wanted)
         counts = self.thrust_map.counts(float(wanted[0]))
         self._count = self.route.reachable(counts.value)
         self._saturated = counts.saturated or self._count != counts.value
@@ -142,10 +149,12 @@ class CrazyflieLink(Closing):
         return np.array([self.thrust_map.newtons(self._count), *rates])
 
     def stop(self, *, emergency: bool = False) -> None:
-        """Motors off and disarmed; after an emergency stop until the robot is restarted."""
+        """Motors off and disarmed; after an emergency stop nothing else is sent until the robot is restarted."""
         if self._sender is not None and not self.dry:
-            self._put(self._stop_and_lock if emergency else self._stop)
-            self._sender.flush(STOPPING)
+            self._locked = self._locked or emergency
+            # Alone: an arming request or a set-point that still waits would go out after it.
+            self._sender.put_alone(STOP, self._stop_and_lock if self._locked else self._stop)
+            self._sender.flush(STOPPING, STOP)
 
     def close(self) -> None:
         """Stop, and close both links."""
@@ -175,24 +184,24 @@ class CrazyflieLink(Closing):
         self._sender.put(kind, send)
 
     def _require_sent(self) -> None:
-        if self._sender is None or not self._sender.flush(ARMING):
+        if self._sender is None or not self._sender.flush(ARMING, STOP, SET_POINT, REQUEST):
             raise LinkError(f"{self.connection.uri}: the radio takes no packets")
 
-    def _tell_position(self, stamp: float, position: Array) -> None:
-        if self._sender is not None and stamp != self._told:
-            self._told, place = stamp, position.tolist()
-            self._sender.put(POSITION, lambda: self.connection.crazyflie.extpos.send_extpos(*place))
+    def _tell_position(self) -> None:
+        pose, sender = self._capture.latest(), self._sender
+        if sender is not None and pose is not None and pose.stamp != self._told:
+            self._told, place = pose.stamp, pose.position.tolist()
+            sender.put(POSITION, lambda: self.connection.crazyflie.extpos.send_extpos(*place))
 
     def _receive(self, stamp_ms: int, values: dict[str, Any]) -> None:
         arrival, unpack = self._clock.now(), self.connection.unpack_quaternion
         self._telemetry = read(self._block, values, unpack, stamp_ms, arrival)
+        self._tell_position()  # with every log packet, in flight or between two: its estimator must not drift away
 
     def _await(self, ready: Callable[[], bool], seconds: float, what: str) -> None:
-        """Wait, telling the robot its position meanwhile."""
         start = due = self._clock.now()
         while not ready():
             if self.connection.lost or due - start > seconds:
                 raise LinkError(f"{self.connection.uri}: {self.connection.lost or f'no {what} in {seconds:g} s'}")
             due += self.robot.dt
             self._clock.sleep_until(due)
-            self.state()

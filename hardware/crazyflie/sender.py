@@ -26,7 +26,7 @@ class NewestOnly:
     def __init__(self, *kinds: str) -> None:
         self._waiting: dict[str, Send | None] = dict.fromkeys(kinds)
         self._changed = threading.Condition()
-        self._open, self._busy = True, False
+        self._open, self._busy = True, ""
         self.replaced = self.sent = 0
         self._thread = threading.Thread(target=self._run, name="newest-only sender", daemon=True)
         self._thread.start()
@@ -38,10 +38,20 @@ class NewestOnly:
             self._waiting[kind] = send
             self._changed.notify_all()
 
-    def flush(self, seconds: float) -> bool:
-        """Wait until all is sent, at most so long; whether it is."""
+    def put_alone(self, kind: str, send: Send) -> None:
+        """Send this in place of all that waits; it never waits."""
         with self._changed:
-            return self._changed.wait_for(lambda: not self._busy and not any(self._waiting.values()), seconds)
+            self.replaced += sum(waiting is not None for waiting in self._waiting.values())
+            self._waiting = {**dict.fromkeys(self._waiting), kind: send}
+            self._changed.notify_all()
+
+    def flush(self, seconds: float, *kinds: str) -> bool:
+        """Wait until all of these kinds, by default of every one, is sent, at most so long; whether it is."""
+        kinds = kinds or tuple(self._waiting)
+        with self._changed:
+            return self._changed.wait_for(
+                lambda: self._busy not in kinds and not any(self._waiting[kind] for kind in kinds), seconds
+            )
 
     def close(self) -> None:
         """Send what waits and end the thread; one that is blocked is left behind."""
@@ -52,12 +62,12 @@ class NewestOnly:
 
     def _next(self) -> Send | None:
         with self._changed:
-            self._busy = False
+            self._busy = ""
             self._changed.notify_all()
             self._changed.wait_for(lambda: any(self._waiting.values()) or not self._open)
             for kind, send in self._waiting.items():
                 if send is not None:
-                    self._waiting[kind], self._busy = None, True
+                    self._waiting[kind], self._busy = None, kind
                     return send
             return None
 

@@ -37,7 +37,10 @@ def beside(module: str, options: Sequence[str]) -> Iterator[Fake]:
         LinkError: where it does not start, with its words.
     """
     command = [sys.executable, "-m", module, *options]
-    process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=ROOT)
+    # In a session of its own, where no Ctrl-C reaches it; it ends with its input, which this process holds.
+    process = subprocess.Popen(
+        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=ROOT, start_new_session=True
+    )
     assert process.stdout is not None
     assert process.stdin is not None
     told, heard = process.stdin, process.stdout

@@ -5,6 +5,7 @@ import logging
 import socket
 import threading
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
 from typing import Any
 
 from hardware.errors import LinkError
@@ -13,8 +14,25 @@ from hardware.ros1.messages import Message, MessageType
 
 LOGGER = logging.getLogger(__name__)
 CONNECTING = 2.0  # s for a publisher to answer
+SOONEST, LATEST = 0.1, 5.0  # s before a connection that broke is made again; doubled as long as nothing is heard
 Heard = Callable[[Message], None]
 Ask = Callable[[str, str], tuple[str, int]]
+
+
+@dataclass(eq=False)
+class Publisher:
+    """A publisher that is listened to, by its XML-RPC address, until it is left; its connection while there is one."""
+
+    address: str
+    left: threading.Event = field(default_factory=threading.Event)
+    connection: socket.socket | None = None
+
+    def leave(self) -> None:
+        """Who listens there still reads what has come, such as a car's last zeros, and closes it then."""
+        self.left.set()
+        if self.connection is not None:
+            with contextlib.suppress(OSError):
+                self.connection.shutdown(socket.SHUT_RDWR)
 
 
 class Subscription:
@@ -30,7 +48,7 @@ class Subscription:
 
     def __init__(self, topic: str, kind: MessageType, caller: str, heard: Heard, ask: Ask) -> None:
         self.topic, self.kind, self._caller, self._heard, self._ask = topic, kind, caller, heard, ask
-        self._connections: dict[str, socket.socket | None] = {}
+        self._publishers: dict[str, Publisher] = {}
         self._lock = threading.Lock()
         self._hearing = threading.RLock()  # who listens may close its node
         self._closed = False
@@ -39,13 +57,14 @@ class Subscription:
         """Connect to those of these XML-RPC addresses that are new, and leave those that are gone."""
         wanted = set(publishers)
         with self._lock:
-            new = [] if self._closed else [address for address in wanted if address not in self._connections]
-            gone = [self._connections.pop(address) for address in [*self._connections] if address not in wanted]
-            self._connections |= dict.fromkeys(new)
-        for connection in gone:
-            _hang_up(connection)
-        for address in new:
-            threading.Thread(target=self._listen, args=(address,), name=f"hears {self.topic}", daemon=True).start()
+            known = self._publishers
+            new = [] if self._closed else [Publisher(address) for address in wanted if address not in known]
+            gone = [known.pop(address) for address in [*known] if address not in wanted]
+            known |= {publisher.address: publisher for publisher in new}
+        for publisher in gone:
+            publisher.leave()
+        for publisher in new:
+            threading.Thread(target=self._listen, args=(publisher,), name=f"hears {self.topic}", daemon=True).start()
 
     def close(self) -> None:
         """Leave all publishers; nothing is heard afterwards."""
@@ -53,25 +72,20 @@ class Subscription:
             self._closed = True
         self.follow(())
 
-    def _listen(self, publisher: str) -> None:
-        connection = None
-        try:
-            connection = self._connect(publisher)
-            with self._lock:
-                if publisher not in self._connections:  # it has left meanwhile
-                    return
-                self._connections[publisher] = connection
-            while self._hear(self.kind.decode(read_block(connection))):
-                pass
-        except (OSError, LinkError) as error:
-            if not self._closed:
-                LOGGER.warning("%s from %s: %s", self.topic, publisher, error)
-        finally:
-            if connection is not None:
-                connection.close()
-            with self._lock:
-                if self._connections.get(publisher) is connection:
-                    self._connections.pop(publisher, None)
+    def _listen(self, publisher: Publisher) -> None:
+        """Hear it until it is left; while the master tells of it, a connection that breaks is made again."""
+        pause = 0.0
+        while not publisher.left.wait(pause):
+            try:
+                with self._connect(publisher.address) as publisher.connection:
+                    if publisher.left.is_set():  # meanwhile
+                        return
+                    while self._hear(self.kind.decode(read_block(publisher.connection))):
+                        pause = 0.0
+            except (OSError, LinkError) as error:
+                if pause == 0.0 and not publisher.left.is_set():  # else it is known
+                    LOGGER.warning("%s from %s: %s", self.topic, publisher.address, error)
+            pause = min(max(SOONEST, 2.0 * pause), LATEST)
 
     def _hear(self, message: Message) -> bool:
         """Tell of a message, unless this is closed; whether it is open."""
@@ -94,10 +108,3 @@ class Subscription:
             raise
         connection.settimeout(None)
         return connection
-
-
-def _hang_up(connection: socket.socket | None) -> None:
-    """Who listens there still reads what has come, such as a car's last zeros, and closes it then."""
-    if connection is not None:
-        with contextlib.suppress(OSError):
-            connection.shutdown(socket.SHUT_RDWR)

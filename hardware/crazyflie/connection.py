@@ -139,7 +139,7 @@ class Connection:
 
     def _outlast_gaps(self) -> None:
         """A gap of the radio that is shorter than the robot's own watchdog must not end the link."""
-        if self.uri.startswith("radio"):
+        if self.uri.startswith("radio:"):
             from cflib.crtp import radiodriver  # noqa: PLC0415
 
             radiodriver.set_retries_before_disconnect(UNANSWERED)

@@ -93,11 +93,11 @@ def below(name: str, value: float, limit: float, unit: str, advice: str) -> Chec
     return Check(name, f"{value:.3g} {unit}", value <= limit, advice)
 
 
-def still(positions: Array) -> Check:
-    """Whether positions ``# (readings, axes)`` in m spread little, and as all that is measured does, at all."""
+def still(positions: Array, *, measured: bool = True) -> Check:
+    """Whether positions ``# (readings, axes)`` in m spread little and, where they are measured, at all."""
     spread = float(np.ptp(positions, axis=0).max())
     advice = "let it stand still; look for reflections; none at all is a picture that stands still"
-    return Check("spread of the position", f"{spread:.3g} m", 0.0 < spread <= STILL, advice)
+    return Check("spread of the position", f"{spread:.3g} m", 0.0 < spread <= STILL or not (spread or measured), advice)
 
 
 def inside(place: Array, low: Sequence[float], high: Sequence[float]) -> Check:

@@ -87,7 +87,7 @@ class MushrLaboratory(Laboratory):
         listening = "the car listens" if heard else "nobody listens"
         return [
             stream("motion capture", "pose", "pose_stamp", readings, self.limits.pose_age),
-            still(states[:, :2]),
+            still(states[:, :2], measured=False),
             inside(states[-1, :2], self.limits.low, self.limits.high),
             Check("commands", listening, heard, "start the car's multiplexer; is the topic right?"),
         ]

@@ -33,6 +33,8 @@ class RosCapture(SeenBody):
         frame: of the topic in the world.
     """
 
+    measured = False
+
     def __init__(self, node: RosNode, topic: Topic, frame: Frame | None = None) -> None:
         super().__init__(frame)
         self._node, self._topic = node, topic

@@ -98,8 +98,10 @@ def judged(mistake: Mistake, answer: Record, said: Sequence[str]) -> Record:
         "silent": answer["verdict"] == "NOTHING_MISSING" and not named,
         "crashed": answer["verdict"] == CRASHED,
         "beside": named and bool([key for key in names(answer) if not mistake.named_in([key], [])]),
-        # An effect in its place is the search's to name.
-        "of_the_data": mistake.named_in([fault["effect"] for fault in answer["faults"]], sentences(answer)),
+        # An effect in its place, and what looks like it, is the search's to name.
+        "of_the_data": mistake.named_in(
+            [fault["effect"] for fault in answer["faults"]], sentences({**answer, "findings": []})
+        ),
         "compare_names": mistake.named_in([], said),
     }
 

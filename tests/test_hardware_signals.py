@@ -14,7 +14,7 @@ import pytest
 from ros_peers import PATIENCE, wait_for
 
 FLYING = """
-import time
+import signal, time
 from dataclasses import dataclass
 from hardware.command_line import main
 
@@ -32,6 +32,7 @@ class Flying:
             time.sleep(1.0)
             print("landed", flush=True)
 
+signal.signal(signal.SIGHUP, signal.SIG_DFL)  # whatever has started the tests may ignore it, as nohup does
 main(Flying, "fly", "", [])
 """
 BESIDE = """

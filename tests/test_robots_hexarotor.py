@@ -76,6 +76,7 @@ def test_weak_rotors_are_no_mass(base: Equations) -> None:
     assert value.low < 0.9 < value.high
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("key", "values", "alike"), HIDDEN, ids=[key for key, *_ in HIDDEN])
 def test_a_hidden_effect_of_the_hexarotor_is_named(
     key: str, values: dict[str, float], alike: set[str], base: Equations

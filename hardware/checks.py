@@ -97,7 +97,8 @@ def still(positions: Array, *, measured: bool = True) -> Check:
     """Whether positions ``# (readings, axes)`` in m spread little and, where they are measured, at all."""
     spread = float(np.ptp(positions, axis=0).max())
     advice = "let it stand still; look for reflections; none at all is a picture that stands still"
-    return Check("spread of the position", f"{spread:.3g} m", 0.0 < spread <= STILL or not (spread or measured), advice)
+    holds = spread <= STILL and (spread > 0.0 or not measured)
+    return Check("spread of the position", f"{spread:.3g} m", holds, advice)
 
 
 def inside(place: Array, low: Sequence[float], high: Sequence[float]) -> Check:

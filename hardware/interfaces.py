@@ -47,7 +47,8 @@ class Reading:
         state: columns of the robot's state; NaN where nothing has arrived yet ``# (state,)``.
         ages: s since the newest data of every source ("pose", "attitude"); infinite where nothing has arrived.
         battery: V; NaN where it is not reported.
-        flags: what the robot says of itself: "armed", "can_fly", "flying", "tumbled", "locked", "crashed".
+        flags: what the robot says of itself: "armed", "can_fly", "flying", "tumbled", "locked", "crashed";
+            "lost" where the link has ended.
         extra: further numbers for the record, by name.
     """
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-import torch
+from adaptation_runs import windy
 from numpy.typing import NDArray
 from tracked import episode
 
@@ -90,17 +90,10 @@ def test_a_residual_is_learned_beside_an_effect_of_the_logged_voltage(flights: l
     assert math.isfinite(found.reports[1].one_step)
 
 
-@pytest.mark.parametrize("error", [np.linalg.LinAlgError, torch.linalg.LinAlgError, ShapeError])
-def test_a_diagnosis_that_logs_without_noise_leave_singular_finds_nothing(
-    error: type[Exception], flights: list[Trajectory], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def singular(*_: object, **__: object) -> None:
-        raise error("the input is not positive-definite")
-
-    monkeypatch.setattr("sym2real.experiments.informing.diagnose", singular)
-    told = list[str]()
-    assert informing(None, told.append)(Dataset(flights), BASE) is BASE
-    assert told == ([] if error is ShapeError else ["logs without noise establish nothing"])
+def test_a_second_without_noise_ends_no_adaptation() -> None:
+    """Rounding leaves the curvature of so few exact rows indefinite by far more than a prior takes up."""
+    log = episode(windy(), steps=200, seed=1, name="windy").rows(0, 60)
+    assert informing(None)(Dataset([log]), BASE).layouts.state == BASE.layouts.state
 
 
 def test_logs_of_another_time_step_are_refused_by_learners_and_networks(flights: list[Trajectory]) -> None:

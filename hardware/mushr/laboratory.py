@@ -117,6 +117,7 @@ def _behind(start: Array) -> tuple[float, float, float]:
 
 def _by_program(fake: Fake) -> Callable[[Array], None]:
     def put(start: Array) -> None:
+        """Put the fake car back, and wait until it stands there."""
         fake.tell(" ".join(map(repr, _behind(start))))
         time.sleep(PUT)
 
@@ -125,6 +126,7 @@ def _by_program(fake: Fake) -> Callable[[Array], None]:
 
 def _by_hand(say: Say) -> Callable[[Array], None]:
     def put(start: Array) -> None:
+        """Ask a person to put the car back, and wait for it."""
         x, y, yaw = _behind(start)
         say(f"put the car near x {x:.2f} m, y {y:.2f} m, yaw {math.degrees(yaw):.0f}°, then press Enter")
         try:

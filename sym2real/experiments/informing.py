@@ -12,16 +12,11 @@ and a model whose predictions leave the robot's limits does not fly.
 
 from collections.abc import Callable
 
-import numpy as np
-import torch
-
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import ROWS, diagnose
 from sym2real.errors import ShapeError
 from sym2real.plants import MujocoPlant
 from sym2real.symbolic import Equations
-
-SINGULAR = (np.linalg.LinAlgError, torch.linalg.LinAlgError)  # type: ignore[attr-defined]
 
 
 def informing(
@@ -35,15 +30,12 @@ def informing(
     """
 
     def inform(logs: Dataset, base: Equations) -> Equations:
-        """The equations with what passes the gate; as they are where that is nothing, or logs tell nothing."""
+        """The equations with what passes the gate; as they are where that is nothing, or the logs are too short."""
         if all(len(log) <= ROWS for log in logs):
             return base
         try:
             diagnosis = diagnose(base, logs, plant, on_progress=on_progress)
         except ShapeError:  # every episode crashed before a window was complete
-            return base
-        except SINGULAR:  # logs without noise: their covariances have no inverse, so nothing is told from chance
-            on_progress("logs without noise establish nothing")
             return base
         better = diagnosis.gate.best is not None and diagnosis.gate.passed
         return diagnosis.apply(base) if diagnosis.findings and better else base

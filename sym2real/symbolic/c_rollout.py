@@ -9,17 +9,52 @@ from sym2real.symbolic.equations import Equations
 from sym2real.symbolic.source import TIME, step_program
 
 KERNEL = Template("""
-INLINE v load(const real *from) {
-    v r;
-    __builtin_memcpy(&r, from, sizeof r);
-    return r;
-}
-EXPORTED int width(void) { return WIDTH; }
+/* Where the samples of a vector lie in an operand, and whether all of them have the same numbers. */
+typedef struct {
+    const real *first[WIDTH];
+    long long step, column;
+    int same;
+} operand;
 
-/* Columns lie one after the other, each over all samples, whose count is a multiple of the width. */
+/* Strides are those of sets, samples, steps and columns. */
+INLINE operand lanes_of(const real *from, const long long *strides, const long long *set, const long long *sample) {
+    operand lanes = {.step = strides[2], .column = strides[3], .same = 1};
+    EACH_LANE {
+        lanes.first[lane] = from + set[lane] * strides[0] + sample[lane] * strides[1];
+        lanes.same &= lanes.first[lane] == lanes.first[0];
+    }
+    return lanes;
+}
+
+INLINE void load(const operand *from, long long h, int columns, v *to) {
+    for (int i = 0; i < columns; i++) {
+        const long long at = h * from->step + i * from->column;
+        if (from->same)
+            to[i] = splat(from->first[0][at]);
+        else
+            EACH_LANE to[i][lane] = from->first[lane][at];
+    }
+}
+
+INLINE void store(v value, real *to, long long count) {
+    if (count >= WIDTH)
+        __builtin_memcpy(to, &value, sizeof value);
+    else
+        for (int lane = 0; lane < count; lane++)
+            to[lane] = value[lane];
+}
+
+/* Columns of the output lie one after the other, step by step, each over all samples of all sets. */
 EXPORTED void roll_out(const real *state, const real *actions, const real *inputs, const real *parameters, real *out,
-                       long long count, long long horizon, long long per_step) {
+                       const long long *strides, long long samples, long long count, long long horizon,
+                       long long per_step) {
     for (long long first = 0; first < count; first += WIDTH) {
+        long long set[WIDTH], sample[WIDTH];
+        EACH_LANE { /* beyond the last sample, that one again */
+            const long long number = first + lane < count ? first + lane : count - 1;
+            set[lane] = number / samples, sample[lane] = number % samples;
+        }
+$operands
 $state
 $parameters
 $inputs
@@ -36,6 +71,7 @@ $following
     }
 }
 """)
+OPERANDS = ("state", "actions", "inputs", "parameters")
 
 
 def rollout_text(equations: Equations, single: bool) -> str:
@@ -48,11 +84,15 @@ def rollout_text(equations: Equations, single: bool) -> str:
     following = [f"const v next_{i} = {lines.vector(value)};" for i, value in enumerate(program.outputs)]
     following += [f"x_{column} = next_{i};" for i, column in enumerate(layouts.state)]
     following += [
-        f"__builtin_memcpy(out + (h * {size} + {i}) * count + first, &x_{column}, sizeof x_{column});"
+        f"store(x_{column}, out + (h * {size} + {i}) * count + first, count - first);"
         for i, column in enumerate(layouts.state)
     ]
     time = f"const v x_{TIME} = start_{TIME} + (per_step ? R(0.0) : h * {lines.number(equations.dt)});"
     parts = {
+        "operands": [
+            f"const operand of_{name} = lanes_of({name}, strides + {4 * i}, set, sample);"
+            for i, name in enumerate(OPERANDS)
+        ],
         "state": _loads("v ", [f"x_{column}" for column in layouts.state], "state"),
         "parameters": _loads("v ", [f"x_{name}" for name in parameters], "parameters"),
         "inputs": _loads("v ", known, "inputs"),
@@ -68,7 +108,7 @@ def rollout_text(equations: Equations, single: bool) -> str:
 
 def _loads(kind: str, names: Sequence[str], operand: str, step: str = "0") -> list[str]:
     """Variables of a step from the columns of an operand."""
-    return [
-        f"{kind}{name} = load({operand} + ({step} * {len(names)} + {i}) * count + first);"
-        for i, name in enumerate(names)
-    ]
+    if not names:
+        return []
+    loaded = [f"v {operand}_columns[{len(names)}];", f"load(&of_{operand}, {step}, {len(names)}, {operand}_columns);"]
+    return [*loaded, *(f"{kind}{name} = {operand}_columns[{i}];" for i, name in enumerate(names))]

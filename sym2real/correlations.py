@@ -12,8 +12,6 @@ Source: M. S. Bartlett, J. R. Stat. Soc. Suppl. 8 (1946) 27–41; G. Box, G. Jen
 chapters 2 and 12; the sum's length: B. Pyper and R. Peterman, Can. J. Fish. Aquat. Sci. 55 (1998) 2127–2140.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Values as JSON holds them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Collection, Mapping
 from dataclasses import fields, is_dataclass

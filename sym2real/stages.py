@@ -1,7 +1,5 @@
 """The stages of long work: each says what it does; Ctrl-C ends one that need not be done, and what is done is kept."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import TypeVar
 

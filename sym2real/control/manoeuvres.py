@@ -1,7 +1,5 @@
 """Manoeuvres that tell effects apart, and what each of them shows."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from sym2real.effects.searching import Shown

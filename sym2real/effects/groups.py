@@ -1,7 +1,5 @@
 """Effects that no flight, or hardly one, can tell apart, by physics."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatch

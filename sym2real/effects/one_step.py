@@ -1,7 +1,5 @@
 """What a model predicts of a step: the work of its method of this name."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import lru_cache
 

@@ -3,8 +3,6 @@
 Both are averaged over a few rows before they are compared, so that noise does not decide.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 

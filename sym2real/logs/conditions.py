@@ -1,7 +1,5 @@
 """What a person would say of a moment in a flight or drive: how fast, how high, how tilted, how late in the log."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -4,8 +4,6 @@ The position tells where the car was when its pose was measured, the wheel how f
 the two tell how late a pose is, and how many times too fast a wheel.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

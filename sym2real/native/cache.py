@@ -9,8 +9,6 @@ was asked for longest ago, beyond :data:`MOST` libraries. Where the cache cannot
 others may write to it, a temporary folder of this process takes its place, which is said once.
 """
 
-from __future__ import annotations
-
 import atexit
 import ctypes
 import hashlib

@@ -1,7 +1,5 @@
 """The system's C compiler, and what a compiled file depends on."""
 
-from __future__ import annotations
-
 import os
 import platform
 import shlex

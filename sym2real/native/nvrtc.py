@@ -1,7 +1,5 @@
 """CUDA text → machine code by NVRTC (its wheel needs no GPU), and code → kernels that run where there is a GPU."""
 
-from __future__ import annotations
-
 import ctypes
 import importlib.util
 from functools import lru_cache

@@ -4,8 +4,6 @@ What opens a library looks it up by its path, so those who may write to a folder
 place: they must not be able to either (as of the keys of ssh).
 """
 
-from __future__ import annotations
-
 import errno
 import os
 import shutil

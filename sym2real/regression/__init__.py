@@ -4,8 +4,6 @@
 ['beam', 'pysr', 'operon']
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from sym2real.protocols import SymbolicRegressor

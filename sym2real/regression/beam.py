@@ -8,8 +8,6 @@ held back, and the numbers by a fit on all rows. Wrench inputs come last, from t
 without a wrench.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 

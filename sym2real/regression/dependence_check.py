@@ -7,8 +7,6 @@ The score of a pair is how much of a state's spread an action moves by itself wi
 with the derivative of the equations taken exactly and the statistics over the training rows.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 

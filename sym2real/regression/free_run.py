@@ -5,8 +5,6 @@ small (errors in variables). Fitted to runs whose starts are free they do not: t
 (output error method: L. Ljung, System Identification, 2nd ed., section 7.2). Noise of other columns stays in them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Values of equations on the rows of transitions, in double precision."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

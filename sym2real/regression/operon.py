@@ -5,8 +5,6 @@ regression", GECCO 2020. Targets are increments s′ − s (next-state targets f
 over the columns and the sine and cosine of declared angles.
 """
 
-from __future__ import annotations
-
 import importlib.util
 import os
 from collections.abc import Mapping, Sequence

@@ -4,8 +4,6 @@ M. Cranmer, "Interpretable Machine Learning for Science with PySR and SymbolicRe
 cos sin, at most 85 nodes, 5 iterations, warm start, ℓ1 loss (the paper, section "Approach").
 """
 
-from __future__ import annotations
-
 import importlib.util
 import pickle
 import re

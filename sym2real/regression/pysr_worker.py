@@ -4,8 +4,6 @@ A request on standard input is the pickled arguments of :func:`fit`, an answer o
 ``("", what went wrong)``. Nothing here imports torch, which must not share a process with Julia.
 """
 
-from __future__ import annotations
-
 import os
 import pickle
 from importlib import import_module

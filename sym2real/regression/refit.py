@@ -1,7 +1,5 @@
 """Coefficients of chosen terms: least squares, or least absolute errors by iteratively reweighted least squares."""
 
-from __future__ import annotations
-
 from typing import Literal
 
 import numpy as np

@@ -1,7 +1,5 @@
 """One of the two halves of an equation: what holds without a wrench, or what a wrench adds."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Wrench inputs: terms that rows under a wrench add to equations, each zero where there is no wrench."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The answer of a diagnosis in one sentence."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 from sym2real.diagnosis.conclusion import Parts, Verdict, of_another_form

@@ -46,9 +46,8 @@ class Transitions:
 
     def __post_init__(self) -> None:
         rows = len(self.state)
-        check_shape("state", self.state, rows, self.layouts.state)
-        check_shape("action", self.action, rows, self.layouts.action)
-        check_shape("inputs", self.inputs, rows, self.layouts.inputs)
+        for name, layout in self.layouts.groups.items():
+            check_shape(name, getattr(self, name), rows, layout)
         check_shape("next_state", self.next_state, rows, self.layouts.state)
 
     def __len__(self) -> int:
@@ -67,16 +66,8 @@ class Transitions:
 
     def where(self, mask: NDArray[np.bool_]) -> Transitions:
         """The rows where ``mask`` holds."""
-        return Transitions(
-            self.state[mask],
-            self.action[mask],
-            self.inputs[mask],
-            self.next_state[mask],
-            self.layouts,
-            self.dt,
-            self.trajectory[mask],
-            self.step[mask],
-        )
+        rows = ("state", "action", "inputs", "next_state", "trajectory", "step")
+        return replace(self, **{name: getattr(self, name)[mask] for name in rows})
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -5,24 +5,30 @@ piece of memory, because all that is done with them works on one component at a 
 Formulas: J. Solà, "Quaternion kinematics for the error-state Kalman filter" (arXiv:1711.02508), Hamilton convention.
 """
 
+from collections.abc import Iterable
+from typing import Any
+
 import torch
 from torch import Tensor
 
 SMALL = 1e-12
 
 
+def product(left: Iterable[Any], right: Iterable[Any]) -> tuple[Any, Any, Any, Any]:
+    """Components of the Hamilton product left ⊗ right, of what can be multiplied and added: tensors, expressions."""
+    w1, x1, y1, z1 = left
+    w2, x2, y2, z2 = right
+    return (
+        w1 * w2 - x1 * x2 - y1 * y2 - z1 * z2,
+        w1 * x2 + x1 * w2 + y1 * z2 - z1 * y2,
+        w1 * y2 - x1 * z2 + y1 * w2 + z1 * x2,
+        w1 * z2 + x1 * y2 - y1 * x2 + z1 * w2,
+    )
+
+
 def multiply(left: Tensor, right: Tensor) -> Tensor:
     """Hamilton product left ⊗ right of quaternions ``# (..., 4)``."""
-    w1, x1, y1, z1 = left.unbind(-1)
-    w2, x2, y2, z2 = right.unbind(-1)
-    return torch.stack(
-        [
-            w1 * w2 - x1 * x2 - y1 * y2 - z1 * z2,
-            w1 * x2 + x1 * w2 + y1 * z2 - z1 * y2,
-            w1 * y2 - x1 * z2 + y1 * w2 + z1 * x2,
-            w1 * z2 + x1 * y2 - y1 * x2 + z1 * w2,
-        ]
-    ).movedim(0, -1)
+    return torch.stack(product(left.unbind(-1), right.unbind(-1))).movedim(0, -1)
 
 
 def conjugate(quaternion: Tensor) -> Tensor:

@@ -156,9 +156,8 @@ class Trajectory:
 
     def __post_init__(self) -> None:
         rows = len(self.time)
-        check_shape("state", self.state, rows, self.layouts.state)
-        check_shape("action", self.action, rows, self.layouts.action)
-        check_shape("inputs", self.inputs, rows, self.layouts.inputs)
+        for name, layout in self.layouts.groups.items():
+            check_shape(name, getattr(self, name), rows, layout)
         if self.between is not None and self.between.shape[::2] != self.action.shape:
             raise ShapeError(f"between must have shape (rows, parts, action), found {self.between.shape}")
         for column, values in self.extra.items():

@@ -57,6 +57,7 @@ HEIGHT = POSITION.columns[2]
 (ACCELERATION_COLUMN,) = ACCELERATION.columns
 CarCommand = Literal["speed", "acceleration"]  # what a car is commanded beside its steering
 CAR_COMMANDS: tuple[CarCommand, ...] = get_args(CarCommand)
+MechanicalQuantity = Literal["armature", "damping", "friction", "link_mass", "load"]
 
 
 def rate_column(coordinate: str) -> str:
@@ -97,29 +98,16 @@ def wheel_lever(wheel: str) -> str:
     return f"{wheel}_lever"
 
 
-def armature_quantity(joint: str) -> str:
-    """Inertia that turns or slides with a joint's motor, kg m² or kg."""
-    return f"armature_{joint}"
+def quantity_of(kind: MechanicalQuantity, place: str) -> str:
+    """Quantity of equations from an MJCF that effects change.
 
-
-def damping_quantity(joint: str) -> str:
-    """Damping of a joint, N m s or N s/m."""
-    return f"damping_{joint}"
-
-
-def friction_quantity(joint: str) -> str:
-    """Dry friction of a joint, N m or N."""
-    return f"friction_{joint}"
-
-
-def link_mass_quantity(joint: str) -> str:
-    """Times its mass in the description that the link behind a joint weighs."""
-    return f"link_mass_{joint}"
-
-
-def load_quantity(site: str) -> str:
-    """Mass that hangs at a site, kg."""
-    return f"load_{site}"
+    Args:
+        kind: of a joint the inertia that turns or slides with its motor ("armature", kg m² or kg), "damping" (N m s or
+            N s/m), dry "friction" (N m or N), or how many times its mass in the description the link behind it weighs
+            ("link_mass"); of a site the mass that hangs there ("load", kg).
+        place: name of the joint or site.
+    """
+    return f"{kind}_{place}"
 
 
 def roughly(ends: tuple[float, float]) -> tuple[float, float]:

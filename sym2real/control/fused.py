@@ -51,14 +51,11 @@ class FusedStep:
         """The new mean ``# (H, action)``, costs ``# (N,)``, and the number of rollouts that were not finite."""
         plan, pointer = self._plan, self._operands.pointer
         costs, following = (torch.empty(size, dtype=torch.float32) for size in ((self.samples,), self.shape))
-        plan.state, plan.inputs = pointer("state", given.state), pointer("inputs", given.inputs)
-        plan.reference, plan.mean = pointer("reference", given.reference), following.data_ptr()
-        plan.noise = pointer("noise", given.noise)
-        plan.memory, plan.past = pointer("memory", given.memory), pointer("past", given.past)
-        plan.hidden = pointer("hidden", given.hidden)
-        plan.begun, plan.costs = given.begun, costs.data_ptr()
-        plan.seed, plan.call = given.seed, given.call
-        before, steps = pointer("mean", given.mean), min(max(given.steps, 0), self.horizon)
+        for name in self.shapes:
+            setattr(plan, name, pointer(name, getattr(given, name)))
+        before, steps = plan.mean, min(max(given.steps, 0), self.horizon)
+        plan.mean, plan.costs = following.data_ptr(), costs.data_ptr()
+        plan.begun, plan.seed, plan.call = given.begun, given.seed, given.call
         self._library.shifted(self._address, before, steps, plan.mean)
         return following, costs, self._library.plan_all(self._address, self._scratch_address, plan.mean)
 

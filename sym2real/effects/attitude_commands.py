@@ -19,7 +19,7 @@ from sympy import sqrt
 
 from sym2real.effects import truth
 from sym2real.effects.body import Body
-from sym2real.effects.kind import POSITIVE, Kind, Parameter, Values, of_any_body
+from sym2real.effects.kind import POSITIVE, Kind, Values, of_any_body, several
 from sym2real.effects.mountings import MOST, turned
 from sym2real.symbolic import Equations, symbol
 from sym2real.vocabulary import ATTITUDE, ATTITUDE_COMMAND
@@ -35,9 +35,7 @@ def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
 
 ATTITUDE_TRIM = _of_command(
     name="attitude_trim",
-    parameters=of_any_body(
-        *(Parameter(name, "rad", null=0.0, low=-MOST, high=MOST, scale=0.03) for name in ("roll", "pitch"))
-    ),
+    parameters=of_any_body(*several(("roll", "pitch"), "rad", null=0.0, low=-MOST, high=MOST, scale=0.03)),
     formula=r"q_{cmd} \to q_{cmd} \otimes \delta",
     summary="The robot holds an attitude that is off by a constant angle from the commanded one.",
     confused_with="a tilted sensor board, where the attitude is not measured by another sensor than the loop's",
@@ -61,9 +59,7 @@ def _lean_more(equations: Equations, values: Values, body: Body) -> Equations:
 
 ATTITUDE_GAIN = _of_command(
     name="attitude_gain",
-    parameters=of_any_body(
-        *(Parameter(name, "1", null=1.0, low=0.2, high=2.0, scale=0.1, domain=POSITIVE) for name in ("roll", "pitch"))
-    ),
+    parameters=of_any_body(*several(("roll", "pitch"), "1", null=1.0, low=0.2, high=2.0, scale=0.1, domain=POSITIVE)),
     formula=r"(x, y) \to (k_\mathrm{roll} x, k_\mathrm{pitch} y)",
     summary="The robot leans by a multiple of the commanded roll or pitch.",
     confused_with="a lag, where commands change faster than the attitude follows",

@@ -28,7 +28,7 @@ from sympy import Expr, Max, exp, sqrt
 from sym2real.effects import simulated_rotors, truth
 from sym2real.effects.body import GRAVITY, Body
 from sym2real.effects.frames import body_velocity
-from sym2real.effects.kind import NOT_NEGATIVE, Kind, Numbers, Parameter, Values, of_any_body
+from sym2real.effects.kind import NOT_NEGATIVE, Kind, Numbers, Parameter, Values, of_any_body, several
 from sym2real.effects.loops import other_torque, rate_loops
 from sym2real.effects.rotors import driven_by_motors, motor_forces, spins
 from sym2real.effects.searching import ALONE, Searching, Shown
@@ -43,9 +43,7 @@ from sym2real.vocabulary import ATTITUDE, RATE, VELOCITY
 def _flapping_moment_parameters(body: Body) -> tuple[Parameter, ...]:
     # At 1 m/s the torque is that of the weight at a tenth of a millimetre.
     scale = 1e-4 * GRAVITY * body.numbers.get("mass", 1.0)
-    return tuple(
-        Parameter(name, "N s", null=0.0, low=-500 * scale, high=500 * scale, scale=scale) for name in ("a", "b")
-    )
+    return several(("a", "b"), "N s", null=0.0, low=-500 * scale, high=500 * scale, scale=scale)
 
 
 def _flapping_moment_substitute(equations: Equations, values: Values, body: Body) -> Equations:

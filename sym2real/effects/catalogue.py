@@ -12,7 +12,7 @@ from sym2real.effects.kind import Kind
 from sym2real.effects.kinds import EFFECTS
 from sym2real.errors import UnknownNameError
 from sym2real.symbolic import Equations
-from sym2real.vocabulary import ATTITUDE_COMMAND, ATTITUDE_COMMANDED, load_quantity
+from sym2real.vocabulary import ATTITUDE_COMMAND, ATTITUDE_COMMANDED, quantity_of
 
 SPELT_LIKE = 0.8  # a slip of the hand; less alike are names of other things
 MOST_NEAR = 8
@@ -132,7 +132,7 @@ def columns_of(kind: Kind, described: Describable) -> tuple[str, ...]:
         return tuple(Body.of(described).parameters)
     if kind.columns == "site":
         quantities = getattr(described, "quantities", ())
-        prefix = load_quantity("")
+        prefix = quantity_of("load", "")
         return tuple(name.removeprefix(prefix) for name in quantities if name.startswith(prefix))
     if kind.columns == "state":
         fields = described.layouts.state.fields

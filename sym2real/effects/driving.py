@@ -34,7 +34,7 @@ from sympy import atan, sign, tan
 
 from sym2real.effects import truth
 from sym2real.effects.body import GRAVITY, Body
-from sym2real.effects.kind import ANYTHING, POSITIVE, Domain, Kind, Numbers, Parameter, Values, of_any_body
+from sym2real.effects.kind import ANYTHING, POSITIVE, Domain, Kind, Numbers, Parameter, Values, of_any_body, several
 from sym2real.effects.searching import Searching, Shown
 from sym2real.effects.terms import multiplied, raised
 from sym2real.effects.wrench import FORWARD, apply_force_ahead, apply_wrench, apply_yaw_torque, forward_speed
@@ -231,9 +231,7 @@ def _tilt(spec: Any, body: Body, values: Numbers) -> None:
 SLOPE = _of_wheels(
     name="slope",
     stage="wrench",
-    parameters=of_any_body(
-        *(Parameter(name, "m/s²", null=0.0, low=-3.0, high=3.0, scale=0.3) for name in ("gx", "gy"))
-    ),
+    parameters=of_any_body(*several(("gx", "gy"), "m/s²", null=0.0, low=-3.0, high=3.0, scale=0.3)),
     formula=r"F = m\,g_{xy}",
     summary="The floor is not level.",
     confused_with="wind, always",

@@ -19,7 +19,7 @@ from sym2real.effects import truth
 from sym2real.effects.body import GRAVITY, Body
 from sym2real.effects.frames import body_velocity, norm, to_world, velocity
 from sym2real.effects.inputs import ANGLE
-from sym2real.effects.kind import Kind, Numbers, Parameter, Values
+from sym2real.effects.kind import Kind, Numbers, Parameter, Values, several
 from sym2real.effects.searching import Searching, Shown
 from sym2real.effects.terms import with_time
 from sym2real.effects.wrench import apply_wrench
@@ -31,7 +31,7 @@ def _force_parameters(body: Body) -> tuple[Parameter, ...]:
     """Components of a force in N: two in a plane."""
     scale = 0.1 * GRAVITY * body.numbers.get("mass", 1.0)
     names = ("fx", "fy", "fz")[: len(velocity(body))]
-    return tuple(Parameter(name, "N", null=0.0, low=-10 * scale, high=10 * scale, scale=scale) for name in names)
+    return several(names, "N", null=0.0, low=-10 * scale, high=10 * scale, scale=scale)
 
 
 WIND = Kind(
@@ -59,7 +59,7 @@ WIND = Kind(
 def _linear_drag_parameters(body: Body) -> tuple[Parameter, ...]:
     mass = body.numbers.get("mass", 1.0)
     names = ("cx", "cy", "cz")[: len(velocity(body))]
-    return tuple(Parameter(name, "N s/m", null=0.0, low=0.0, high=5 * mass, scale=0.3 * mass) for name in names)
+    return several(names, "N s/m", null=0.0, low=0.0, high=5 * mass, scale=0.3 * mass)
 
 
 def _linear_drag_substitute(equations: Equations, values: Values, body: Body) -> Equations:

@@ -24,7 +24,7 @@ from sympy import Expr, Integer, Matrix, exp
 
 from sym2real.effects import truth
 from sym2real.effects.body import Body
-from sym2real.effects.kind import Domain, Kind, Numbers, Parameter, Values, of_any_body
+from sym2real.effects.kind import Domain, Kind, Numbers, Values, of_any_body, several
 from sym2real.effects.loops import NUMBERS, other_torque, rate_loops
 from sym2real.effects.manoeuvres import EXCITED
 from sym2real.effects.wrench import apply_wrench
@@ -81,10 +81,7 @@ INERTIA_AXES = Kind(
     name="inertia_axes",
     stage="loop",
     parameters=of_any_body(
-        *(
-            Parameter(name, "1", null=0.0, low=-MOST, high=MOST, scale=0.1, domain=Domain(-MOST, MOST))
-            for name in ("roll", "coupling")
-        )
+        *several(("roll", "coupling"), "1", null=0.0, low=-MOST, high=MOST, scale=0.1, domain=Domain(-MOST, MOST))
     ),
     formula=r"(J_0 + \Delta J)\,\dot\omega = J_0 K\,(\omega_\mathrm{cmd} - \omega) + \tau, \quad "
     r"\Delta J = \begin{pmatrix} a J_x & e u \\ e u & -a J_y \end{pmatrix},\ u = \sqrt{J_x J_y}",

@@ -26,7 +26,7 @@ from sympy import cos, sin
 
 from sym2real.effects import truth
 from sym2real.effects.body import Body
-from sym2real.effects.kind import NOT_NEGATIVE, POSITIVE, Domain, Kind, Numbers, Parameter, Values, of_any_body
+from sym2real.effects.kind import NOT_NEGATIVE, POSITIVE, Domain, Kind, Numbers, Parameter, Values, of_any_body, several
 from sym2real.effects.searching import Searching
 from sym2real.effects.terms import multiplied, raised
 from sym2real.effects.wrench import ALONE, INERTIA, apply_joint_force, braked, inertia, units_of_force
@@ -34,15 +34,7 @@ from sym2real.inertias import write_inertia
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.dry_friction import USUAL_DECELERATION, dry_friction
 from sym2real.trajectory import Array
-from sym2real.vocabulary import (
-    GRAVITY_COMPONENTS,
-    armature_quantity,
-    damping_quantity,
-    friction_quantity,
-    link_mass_quantity,
-    load_quantity,
-    rate_column,
-)
+from sym2real.vocabulary import GRAVITY_COMPONENTS, quantity_of, rate_column
 
 _of_joint = partial(Kind, robot="robot with joints", columns="joint")
 
@@ -62,7 +54,7 @@ def _joint_damping_parameters(body: Body) -> tuple[Parameter, ...]:
 
 def _joint_damping_substitute(equations: Equations, values: Values, body: Body) -> Equations:
     joint, damping = body.column, values["value"]
-    return braked(equations, body, damping_quantity(joint), damping, -damping * symbol(rate_column(joint)))
+    return braked(equations, body, quantity_of("damping", joint), damping, -damping * symbol(rate_column(joint)))
 
 
 def _joint_damping_brake(spec: Any, body: Body, values: Numbers) -> None:
@@ -108,7 +100,7 @@ def _starts(body: Body, _values: Array) -> tuple[float, ...]:
 def _joint_friction_substitute(equations: Equations, values: Values, body: Body) -> Equations:
     joint, friction = body.column, values["value"]
     force = dry_friction(friction, symbol(rate_column(joint)), equations.dt, inertia(body))
-    return braked(equations, body, friction_quantity(joint), friction, force)
+    return braked(equations, body, quantity_of("friction", joint), friction, force)
 
 
 def _joint_friction_brake(spec: Any, body: Body, values: Numbers) -> None:
@@ -202,8 +194,8 @@ ARMATURE = _of_joint(
     fix="put the rotor's inertia times the squared gear ratio into the model; less than nothing, or beside a gain: "
     "the mass of what the joint moves may be wrong in the description",
     inject=truth.editing(_more),
-    substitute=lambda equations, values, body: raised(equations, armature_quantity(body.column), values["value"]),
-    needs=(armature_quantity("{column}"),),
+    substitute=lambda equations, values, body: raised(equations, quantity_of("armature", body.column), values["value"]),
+    needs=(quantity_of("armature", "{column}"),),
 )
 
 
@@ -226,9 +218,9 @@ LINK_MASS = _of_joint(
     fix="weigh the link, and put its mass into the description",
     inject=truth.editing(_heavier),
     substitute=lambda equations, values, body: multiplied(
-        equations, [link_mass_quantity(body.column)], values["value"]
+        equations, [quantity_of("link_mass", body.column)], values["value"]
     ),
-    needs=(link_mass_quantity("{column}"),),
+    needs=(quantity_of("link_mass", "{column}"),),
 )
 
 
@@ -251,9 +243,7 @@ def _turn(spec: Any, body: Body, values: Numbers) -> None:
 GRAVITY_TILT = Kind(
     name="gravity_tilt",
     stage="mass",
-    parameters=of_any_body(
-        *(Parameter(name, "rad", null=0.0, low=-0.5, high=0.5, scale=0.03) for name in ("roll", "pitch"))
-    ),
+    parameters=of_any_body(*several(("roll", "pitch"), "rad", null=0.0, low=-0.5, high=0.5, scale=0.03)),
     formula=r"g \to R_x(\phi)^T R_y(\theta)^T g",
     summary="The robot's base stands askew, so that gravity pulls from another side.",
     confused_with="an offset of the actuators in one posture",
@@ -294,8 +284,8 @@ LOAD = Kind(
     shown_by="several postures, and fast motion",
     fix="put the tool or the part into the description, with its mass where it hangs",
     inject=truth.editing(_hang),
-    substitute=lambda equations, values, body: raised(equations, load_quantity(body.column), values["value"]),
-    needs=(load_quantity("{column}"),),
+    substitute=lambda equations, values, body: raised(equations, quantity_of("load", body.column), values["value"]),
+    needs=(quantity_of("load", "{column}"),),
     robot="robot with joints",
     columns="site",
 )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -88,6 +88,13 @@ class Parameter:
 def of_any_body(*parameters: Parameter) -> Callable[[Body], tuple[Parameter, ...]]:
     """Parameters that are the same for every robot."""
     return lambda _: parameters
+
+
+def several(
+    names: Iterable[str], unit: str, *, null: float, low: float, high: float, scale: float, domain: Domain = ANYTHING
+) -> tuple[Parameter, ...]:
+    """Parameters that differ in their names alone."""
+    return tuple(Parameter(name, unit, null, low, high, scale, domain=domain) for name in names)
 
 
 def with_unit(value: float, unit: str, digits: int = 3) -> str:

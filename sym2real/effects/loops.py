@@ -32,7 +32,7 @@ from sympy import Expr, Integer, exp, sign
 
 from sym2real.effects import truth
 from sym2real.effects.body import GRAVITY, Body
-from sym2real.effects.kind import POSITIVE, Kind, Numbers, Parameter, Values, of_any_body
+from sym2real.effects.kind import POSITIVE, Kind, Numbers, Parameter, Values, of_any_body, several
 from sym2real.effects.manoeuvres import EXCITED
 from sym2real.effects.searching import Searching
 from sym2real.effects.terms import acting_torque
@@ -232,7 +232,7 @@ NAMES = ("dx", "dy", "dz")
 def _parameters(body: Body) -> tuple[Parameter, ...]:
     # The weight at 0.3 mm brakes 1 rad/s; for a Crazyflie a tenth of what its rate loop does.
     scale = 3e-4 * GRAVITY * body.numbers.get("mass", 1.0)
-    return tuple(Parameter(name, "N m s", null=0.0, low=0.0, high=500 * scale, scale=scale) for name in NAMES)
+    return several(NAMES, "N m s", null=0.0, low=0.0, high=500 * scale, scale=scale)
 
 
 def _rate_damping_substitute(equations: Equations, values: Values, body: Body) -> Equations:

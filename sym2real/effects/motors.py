@@ -30,7 +30,7 @@ from sympy import Abs, Expr, Integer, Max, Piecewise, cos, exp, sin, sqrt
 
 from sym2real.effects import truth
 from sym2real.effects.body import GRAVITY, Body
-from sym2real.effects.kind import NOT_NEGATIVE, POSITIVE, Kind, Numbers, Parameter, Values, of_any_body
+from sym2real.effects.kind import NOT_NEGATIVE, POSITIVE, Kind, Numbers, Parameter, Values, of_any_body, several
 from sym2real.effects.loops import NUMBERS, RateLoop, other_torque, rate_loops
 from sym2real.effects.manoeuvres import EXCITED
 from sym2real.effects.searching import Searching, Shown, steps
@@ -47,7 +47,7 @@ BIASES = ("tx", "ty", "tz")
 def _parameters(body: Body) -> tuple[Parameter, ...]:
     # Sized as the weight at a tenth of a millimetre.
     scale = 1e-4 * GRAVITY * body.numbers.get("mass", 1.0)
-    return tuple(Parameter(name, "N m", null=0.0, low=-100 * scale, high=100 * scale, scale=scale) for name in BIASES)
+    return several(BIASES, "N m", null=0.0, low=-100 * scale, high=100 * scale, scale=scale)
 
 
 TORQUE_BIAS = Kind(
@@ -87,9 +87,7 @@ def _lengthen(spec: Any, body: Body, values: Numbers) -> None:
 TORQUE_SCALE = Kind(
     name="torque_scale",
     stage="thrust",
-    parameters=of_any_body(
-        *(Parameter(name, "1", null=1.0, low=1e-3, high=1e3, scale=0.3, domain=POSITIVE) for name in FACTORS)
-    ),
+    parameters=of_any_body(*several(FACTORS, "1", null=1.0, low=1e-3, high=1e3, scale=0.3, domain=POSITIVE)),
     formula=r"\tau_i \to k_i\,\tau_i",
     summary="The motors turn the body by more or less than the model says: a lever or an inertia is another one.",
     confused_with="gains of all motors, which change the thrust as well; an inertia that is off is the same thing",

@@ -28,13 +28,13 @@ from sympy import Expr, Integer, cos, sin
 from sym2real.effects import truth
 from sym2real.effects.body import Body
 from sym2real.effects.frames import HEADING, QUATERNION
-from sym2real.effects.kind import Inject, Kind, Numbers, Parameter, Values, of_any_body
+from sym2real.effects.kind import Inject, Kind, Numbers, Parameter, Values, of_any_body, several
 from sym2real.effects.manoeuvres import single_circle
 from sym2real.effects.searching import Searching, Shown
 from sym2real.effects.terms import reported, reporting
 from sym2real.protocols import Change
+from sym2real.rotation import product
 from sym2real.symbolic import Equations, symbol
-from sym2real.symbolic.quaternions import multiply
 from sym2real.trajectory import Array, Trajectory
 from sym2real.vocabulary import ATTITUDE_COMMAND, RATE, RATE_COMMAND
 
@@ -58,7 +58,7 @@ def _matrix(roll: Expr, pitch: Expr) -> list[list[Expr]]:
 def turned(quaternion: Sequence[Expr], roll: Expr, pitch: Expr, sign: int) -> tuple[Expr, ...]:
     """q ⊗ δ, or q ⊗ δ⁻¹ for a sign of -1."""
     x, y, z = sin(roll / 2) * cos(pitch / 2), cos(roll / 2) * sin(pitch / 2), sin(roll / 2) * sin(pitch / 2)
-    return multiply(quaternion, (cos(roll / 2) * cos(pitch / 2), sign * x, sign * y, sign * z))
+    return product(quaternion, (cos(roll / 2) * cos(pitch / 2), sign * x, sign * y, sign * z))
 
 
 def _attitude_turned(equations: Equations, body: Body, turn: Turn) -> Equations:
@@ -117,9 +117,7 @@ def _inject(body: Body, values: Numbers) -> Change:
 MOUNTING_TILT = Kind(
     name="mounting_tilt",
     stage="measurement",
-    parameters=of_any_body(
-        *(Parameter(name, "rad", null=0.0, low=-MOST, high=MOST, scale=0.03) for name in ("roll", "pitch"))
-    ),
+    parameters=of_any_body(*several(("roll", "pitch"), "rad", null=0.0, low=-MOST, high=MOST, scale=0.03)),
     formula=r"q_m = q \otimes \delta, \quad \omega_m = \delta^{-1}\omega",
     summary="The sensor board is mounted at an angle to the thrust line.",
     confused_with="wind, while yaw stays",
@@ -140,7 +138,7 @@ def _about_z(angle: Expr, sign: int) -> tuple[Expr, ...]:
 
 def _mounting_yaw_substitute(equations: Equations, values: Values, body: Body) -> Equations:
     angle = values["value"]
-    return _attitude_turned(equations, body, lambda quaternion, sign: multiply(quaternion, _about_z(angle, sign)))
+    return _attitude_turned(equations, body, lambda quaternion, sign: product(quaternion, _about_z(angle, sign)))
 
 
 def _attitude_report(turn: Callable[[Rotation, Rotation], Rotation]) -> Inject:
@@ -176,7 +174,7 @@ MOUNTING_YAW = _of_an_angle(
 def _yaw_bias_substitute(equations: Equations, values: Values, body: Body) -> Equations:
     if not body.planar:
         angle = values["value"]
-        return _attitude_turned(equations, body, lambda quaternion, sign: multiply(_about_z(angle, sign), quaternion))
+        return _attitude_turned(equations, body, lambda quaternion, sign: product(_about_z(angle, sign), quaternion))
     sine, cosine = (reported(equations, name) for name in HEADING)
     turn_s, turn_c = sin(values["value"]), cos(values["value"])
     turned = {"sin_yaw": sine * turn_c + cosine * turn_s, "cos_yaw": cosine * turn_c - sine * turn_s}

@@ -3,8 +3,9 @@
 import numpy as np
 import torch
 from numpy.typing import ArrayLike
-from torch import Tensor, nn
+from torch import Tensor
 
+from sym2real.effects.along_logs import precision_of
 from sym2real.errors import ShapeError
 from sym2real.layout import Layouts
 from sym2real.past import Past, past_rows
@@ -37,7 +38,7 @@ class ModelPlant:
     def __init__(self, model: DynamicsModel, robot: Robot) -> None:
         self.model, self.robot, self.layouts, self.dt = model, robot, robot.layouts, robot.dt
         _require_columns(model, robot.layouts)
-        self._dtype = _dtype(model)
+        self._dtype = precision_of(model)
         self._past = Past(*past_rows(model))
         self.reset()
 
@@ -102,12 +103,3 @@ def _checked(values: ArrayLike, columns: tuple[str, ...]) -> Array:
     if array.shape != (len(columns),):
         raise ShapeError(f"expected one number for each of {columns}, found shape {array.shape}")
     return array
-
-
-def _dtype(model: DynamicsModel) -> torch.dtype:
-    """The dtype that a module computes in; float64 where it does not say."""
-    if isinstance(model, nn.Module):
-        for tensor in (*model.parameters(), *model.buffers()):
-            if tensor.is_floating_point():
-                return tensor.dtype
-    return torch.float64

@@ -13,7 +13,7 @@ from sym2real.robots.spatial import Values
 from sym2real.symbolic import symbol
 from sym2real.symbolic.dry_friction import dry_friction
 from sym2real.trajectory import Array
-from sym2real.vocabulary import armature_quantity, damping_quantity, friction_quantity, push_column
+from sym2real.vocabulary import push_column, quantity_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +39,7 @@ class Forces:
         joints = {link.joint: number for number, link in enumerate(self.links)}
         force = np.array([symbol(push_column(joint)) for joint in joints], dtype=object)
         for number, link in enumerate(self.links):
-            force[number] += -symbol(damping_quantity(link.joint)) * rate[number]
+            force[number] += -symbol(quantity_of("damping", link.joint)) * rate[number]
             force[number] += -as_expression(link.stiffness) * (place[number] - as_expression(link.rest))
         actuation = np.zeros(len(joints), dtype=int).astype(object)
         for index in range(self.model.nu):
@@ -57,8 +57,8 @@ class Forces:
         """Other forces ``# (n,)``, and dry friction against the rates and what these ask for."""
         forces = other.copy()
         for number, link in enumerate(self.links):
-            friction = symbol(friction_quantity(link.joint))
-            moved = self.moved[number] - link.armature + symbol(armature_quantity(link.joint))
+            friction = symbol(quantity_of("friction", link.joint))
+            moved = self.moved[number] - link.armature + symbol(quantity_of("armature", link.joint))
             forces[number] += dry_friction(friction, rate[number], self.dt, moved, other[number])
         return forces
 

@@ -11,13 +11,7 @@ from sympy import Expr, Integer
 from sym2real.robots import mjcf_columns as columns
 from sym2real.robots.spatial import Inertia, Motion, Transform, Values, about, exact
 from sym2real.symbolic import symbol
-from sym2real.vocabulary import (
-    armature_quantity,
-    damping_quantity,
-    friction_quantity,
-    link_mass_quantity,
-    load_quantity,
-)
+from sym2real.vocabulary import quantity_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +73,7 @@ def links_of(model: mujoco.MjModel) -> list[Link]:
         carried[body] = (parent, here)
         if parent >= 0:
             link = links[parent]
-            times = symbol(link_mass_quantity(link.joint))
+            times = symbol(quantity_of("link_mass", link.joint))
             links[parent] = replace(link, inertia=link.inertia + _body_inertia(model, body, here, times))
     return links
 
@@ -98,9 +92,9 @@ def _link(model: mujoco.MjModel, joint: int, parent: int, fixed: Transform) -> L
         stiffness=float(model.jnt_stiffness[joint]),
         rest=float(model.qpos_spring[model.jnt_qposadr[joint]]),
         quantities={
-            armature_quantity(name): as_expression(model.dof_armature[dof]),
-            damping_quantity(name): as_expression(model.dof_damping[dof]),
-            friction_quantity(name): as_expression(model.dof_frictionloss[dof]),
+            quantity_of("armature", name): as_expression(model.dof_armature[dof]),
+            quantity_of("damping", name): as_expression(model.dof_damping[dof]),
+            quantity_of("friction", name): as_expression(model.dof_frictionloss[dof]),
         },
     )
 
@@ -116,7 +110,7 @@ def _body_inertia(model: mujoco.MjModel, body: int, frame: Transform, times: Exp
     for site in columns.loaded_sites(model):
         if model.site_bodyid[site] == body:
             place = frame.place + to_link @ exact(model.site_pos[site])
-            whole += Inertia.of_body(symbol(load_quantity(model.site(site).name)), place, exact(np.zeros((3, 3))))
+            whole += Inertia.of_body(symbol(quantity_of("load", model.site(site).name)), place, exact(np.zeros((3, 3))))
     return whole
 
 

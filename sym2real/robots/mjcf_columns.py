@@ -32,12 +32,9 @@ from sym2real.vocabulary import (
     VELOCITY,
     VOCABULARY,
     WRENCH,
-    armature_quantity,
-    damping_quantity,
-    friction_quantity,
-    link_mass_quantity,
-    load_quantity,
+    MechanicalQuantity,
     push_column,
+    quantity_of,
     rate_column,
 )
 
@@ -125,9 +122,9 @@ def inputs_of(model: mujoco.MjModel) -> Layout:
 def quantities_of(model: mujoco.MjModel) -> tuple[str, ...]:
     """Names of what effects may change in equations from the file: gravity, what joints have, loads at sites."""
     joints = [name for name, kind in zip(names_of(model, "joint"), model.jnt_type, strict=True) if kind != FREE]
-    loads = [load_quantity(model.site(site).name) for site in loaded_sites(model)]
-    kinds = (armature_quantity, damping_quantity, friction_quantity, link_mass_quantity)
-    return (*GRAVITY_COMPONENTS, *(quantity(name) for quantity in kinds for name in joints), *loads)
+    loads = [quantity_of("load", model.site(site).name) for site in loaded_sites(model)]
+    kinds: tuple[MechanicalQuantity, ...] = ("armature", "damping", "friction", "link_mass")
+    return (*GRAVITY_COMPONENTS, *(quantity_of(kind, name) for kind in kinds for name in joints), *loads)
 
 
 def loaded_sites(model: mujoco.MjModel) -> list[int]:

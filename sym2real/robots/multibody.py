@@ -31,7 +31,7 @@ from sym2real.robots.runge_kutta import Build, fastest, parts_of, stepped
 from sym2real.robots.spatial import Force, Inertia, Motion, Transform, Values, along, force_cross, motion_cross
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.expressions import names_in
-from sym2real.vocabulary import GRAVITY_COMPONENTS, armature_quantity, link_mass_quantity, load_quantity, rate_column
+from sym2real.vocabulary import GRAVITY_COMPONENTS, quantity_of, rate_column
 
 # Every part has all of the equations once more.
 MOST_PARTS = 8
@@ -73,8 +73,8 @@ def multibody(model: mujoco.MjModel, layouts: Layouts, actions: Mapping[str, str
     }
     for link in links:
         build.quantities |= link.quantities
-        build.quantities |= {link_mass_quantity(link.joint): Integer(1)} if link.inertia.mass else {}
-    build.quantities |= {load_quantity(model.site(site).name): Integer(0) for site in columns.loaded_sites(model)}
+        build.quantities |= {quantity_of("link_mass", link.joint): Integer(1)} if link.inertia.mass else {}
+    build.quantities |= {quantity_of("load", model.site(site).name): Integer(0) for site in columns.loaded_sites(model)}
     alone = [1.0 / float(model.dof_invweight0[model.joint(link.joint).dofadr[0]]) for link in links]
     forces = Forces(model, links, actions, build.part, alone)
     names = [link.joint for link in links]
@@ -155,7 +155,7 @@ def _mass_matrix(build: Build, links: Sequence[Link], transforms: Sequence[Trans
         if link.parent >= 0:
             whole[link.parent] += whole[number].in_parent(transforms[number])
         force, at = whole[number].times(link.motion), number
-        matrix[number, number] = along(link.motion, force) + symbol(armature_quantity(link.joint))
+        matrix[number, number] = along(link.motion, force) + symbol(quantity_of("armature", link.joint))
         while links[at].parent >= 0:
             force = _short_vector(build, f"reach_{link.joint}_{links[at].joint}", transforms[at].force_back(force))
             at = links[at].parent

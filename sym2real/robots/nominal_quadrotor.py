@@ -23,9 +23,10 @@ from sym2real.robots.likely import unlikely_in_quadrotor
 from sym2real.robots.motors import Motors
 from sym2real.robots.rigid_body import FirstOrder, Vector, free_fall, gyroscopic, increment, symbols
 from sym2real.robots.robot import GRAVITY
+from sym2real.rotation import product
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.mass_normalised import PER_KILOGRAM
-from sym2real.symbolic.quaternions import body_axes, multiply
+from sym2real.symbolic.quaternions import body_axes
 from sym2real.vocabulary import MOTORS
 
 Interface = Literal["thrust_rates", "thrust_attitude", "motors"]
@@ -193,9 +194,9 @@ def _turned(build: _Build, mean: Vector, first_half: Vector, dt: float) -> Vecto
     """Next attitude from the mean rates; returns the attitude at mid-step."""
     start = symbols(QUATERNION)
     turn = build.name(TURN, increment(dt * build.name(MEAN, mean)))
-    build.follow(QUATERNION, multiply(start, turn))
+    build.follow(QUATERNION, product(start, turn))
     half_turn = build.name(HALF_TURN, increment(dt / 2 * build.name(FIRST_HALF, first_half)))
-    return build.name(MIDDLE, multiply(start, half_turn))
+    return build.name(MIDDLE, product(start, half_turn))
 
 
 def _attitude_loop(build: _Build, time_constant: float, dt: float) -> Vector:

@@ -42,7 +42,7 @@ from sym2real.vocabulary import (
     MASS_AHEAD,
     MASS_MOMENT,
     MASS_TURNING,
-    armature_quantity,
+    quantity_of,
     rate_column,
     rate_per_speed,
     wheel_lever,
@@ -161,7 +161,7 @@ def _numbers(links: Sequence[Link], wheels: Wheels, inertia: Array, spinning: Ar
     for name, (row, column) in zip(MASSES, ((0, 0), (0, 1), (1, 1)), strict=True):
         body = float(inertia[row, column] - wheels.ways[:, row] * wheels.ways[:, column] @ spinning)
         turned = [
-            float(spin) - link.armature + symbol(armature_quantity(link.joint))
+            float(spin) - link.armature + symbol(quantity_of("armature", link.joint))
             for link, spin in zip(links, spinning, strict=True)
         ]
         ways = [_way(link.joint) for link in links]

@@ -127,8 +127,8 @@ def read_object(path: str | Path, what: str) -> dict[str, Any]:
         DataError: when it cannot be read, or holds something else.
     """
     try:
-        content = json.loads(read_text(path))
-    except (OSError, ValueError, RecursionError) as error:
+        content = json.loads(read_text(path, what))
+    except (ValueError, RecursionError) as error:
         raise DataError(path, what, reason(error)) from error
     if not isinstance(content, dict):
         raise DataError(path, what, f"{content!r:.80}")
@@ -158,20 +158,26 @@ def _without_null(content: Any) -> Any:
 def read_toml(path: str | Path, what: str) -> dict[str, Any]:
     """The table that a TOML file holds; arguments and errors as of :func:`read_object`."""
     try:
-        return tomllib.loads(read_text(path))
-    except (OSError, ValueError, RecursionError) as error:
+        return tomllib.loads(read_text(path, what))
+    except (ValueError, RecursionError) as error:
         raise DataError(path, what, reason(error)) from error
 
 
-def read_text(path: str | Path) -> str:
+def read_text(path: str | Path, what: str) -> str:
     """The text of a file in UTF-8.
 
+    Args:
+        path: of the file.
+        what: it is expected to be, for the error.
+
     Raises:
-        DataError: for a pipe, which would be waited for, or a device, which may never end.
-        OSError, UnicodeDecodeError: when it cannot be read.
+        DataError: when it cannot be read; for a pipe, which would be waited for, or a device, which may never end.
     """
     refuse_pipe(path)
-    return Path(path).read_text(encoding="utf-8")
+    try:
+        return Path(path).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise DataError(path, what, reason(error)) from error
 
 
 def refuse_pipe(path: str | Path) -> None:

@@ -42,12 +42,6 @@ class Turn:
     x: float = 0.0
     y: float = 0.0
 
-    @property
-    def inverse(self) -> Turn:
-        """What undoes it."""
-        x, y = _plane(-self.angle) @ [-self.x, -self.y]
-        return Turn(-self.angle, float(x), float(y))
-
     def of_log(self, log: Trajectory) -> Trajectory:
         """The log as somebody with another world frame would have written it; references ``ref_…`` too."""
         layouts, extra = log.layouts, dict(log.extra)

@@ -8,8 +8,7 @@ from numpy.typing import ArrayLike
 
 from sym2real.control.geometric_quadrotor import GeometricQuadrotor
 from sym2real.control.linear_quadratic import LinearQuadratic
-from sym2real.control.pure_pursuit import PurePursuit
-from sym2real.control.rolling_wheels import WheelPursuit, rolls
+from sym2real.control.pure_pursuit import PurePursuit, WheelPursuit, rolls
 from sym2real.protocols import Controller
 from sym2real.robots import Robot
 from sym2real.tasks.task import Reference

@@ -1,4 +1,4 @@
-"""Pure pursuit and speed for a car, forward and in reverse.
+"""Pure pursuit and speed for a car, forward and in reverse, and for wheels whose rates are commanded.
 
 The car follows the arc that is tangent to its heading and passes through a point ahead on the reference,
 (x, y) in body axes::
@@ -10,22 +10,26 @@ plus a gain times the distance still missing.
 Source: R. C. Coulter, "Implementation of the Pure Pursuit Path Tracking Algorithm", CMU-RI-TR-92-01, 1992.
 """
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 from math import atan, copysign, hypot
 
 import numpy as np
 import torch
 from numpy.typing import ArrayLike
-from torch import Tensor
 
 from sym2real.control.at_steps import AtSteps
 from sym2real.protocols import Memoryless
+from sym2real.robots import Robot
+from sym2real.tasks.task import Reference
 from sym2real.trajectory import Array
+from sym2real.vocabulary import rate_per_speed, rate_per_turn
 
 LEAST_REACH = 1e-6  # m; of the pursued point, where the car stands on it
 STANDING = 0.05  # m/s: a reference slower than this is a place to park at, not a path to follow
+ROLLING = (rate_per_speed, rate_per_turn)
+SHARPEST = 1.2  # rad: of a front wheel one metre ahead that would turn a robot on wheels of given rates as sharply
 
 
 @dataclass(frozen=True)
@@ -47,7 +51,7 @@ class PurePursuit(Memoryless):
     low: ArrayLike
     high: ArrayLike
     dt: float
-    reference: Callable[[Tensor], Tensor]
+    reference: Reference
     lookahead: float = 0.5
     gain: float = 1.5
     tolerance: float = 0.03
@@ -84,3 +88,37 @@ def forward_and_left(vector: Sequence[float], sine: float, cosine: float) -> tup
     """World vector (x, y) in the axes of a car that points along (cosine, sine)."""
     x, y = vector
     return cosine * x + sine * y, cosine * y - sine * x
+
+
+@dataclass
+class WheelPursuit(Memoryless):
+    """A :class:`~sym2real.protocols.Controller` of a robot in a plane; it knows how its wheels roll, not a model.
+
+    Args:
+        robot: whose every command is the rate of a wheel that rolls.
+        reference: full state wanted at a time in s.
+    """
+
+    robot: Robot
+    reference: Reference
+    _pursuit: PurePursuit = field(init=False)
+    _rolling: Array = field(init=False)
+
+    def __post_init__(self) -> None:
+        numbers, action = self.robot.numbers, self.robot.layouts.action
+        self._rolling = np.array([[numbers[name(column)] for name in ROLLING] for column in action])
+        fastest = float((self.robot.high / np.abs(self._rolling[:, 0])).min())
+        limits = np.array([SHARPEST, fastest])
+        self._pursuit = PurePursuit(1.0, -limits, limits, self.robot.dt, self.reference)
+
+    def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
+        """Rates of the wheels ``# (action,)``, rad/s, within the limits."""
+        steer, speed = self._pursuit.act(state, step)
+        wanted = self._rolling @ (speed, speed * np.tan(steer))
+        clipped: Array = np.clip(wanted, self.robot.low, self.robot.high)
+        return clipped
+
+
+def rolls(robot: Robot) -> bool:
+    """Whether every command is the rate of a wheel that rolls with the robot."""
+    return all(name(column) in robot.numbers for column in robot.layouts.action for name in ROLLING)

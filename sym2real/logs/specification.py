@@ -34,7 +34,7 @@ from typing import Any
 
 from sym2real.errors import DataError, UnknownNameError, reason
 from sym2real.field import is_name
-from sym2real.files import meant, require_file, write_text
+from sym2real.files import meant, read_text, require_file, write_text
 from sym2real.logs import spec_text
 from sym2real.logs.parts import ATTITUDES, Attitude, Derived, Frames, Source, TimeBase, VelocityFrame
 from sym2real.logs.units import factor
@@ -141,11 +141,7 @@ class LogSpec:
             DataError: when the file is not there or its content cannot be used.
         """
         require_file(path)
-        try:
-            text = Path(path).read_text(encoding="utf-8")
-        except (OSError, UnicodeDecodeError) as error:
-            raise DataError(path, "a readable TOML file", reason(error)) from None
-        return cls.parse(text, path)
+        return cls.parse(read_text(path, "a readable TOML file"), path)
 
     def save(self, path: str | Path) -> None:
         """Write the specification as TOML."""

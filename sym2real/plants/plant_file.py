@@ -93,12 +93,11 @@ def load_plant(folder: str | Path) -> MujocoPlant:
         changes = [replace(effect(key, robot).inject(**_numbers(key, values)), edit=None) for key, values in chosen]
     except Sym2RealError as error:
         raise ModelError(f"{file}: {error}") from error
+    what = f"a MuJoCo description of a {robot.name}"
     try:
-        return MujocoPlant(robot, changes, description=read_text(description))
+        return MujocoPlant(robot, changes, description=read_text(description, what))
     except (OSError, ValueError, mujoco.FatalError) as error:
-        raise DataError(
-            description, f"a MuJoCo description of a {robot.name}", " ".join(reason(error).split())
-        ) from error
+        raise DataError(description, what, " ".join(reason(error).split())) from error
 
 
 def _robot(table: Mapping[str, Any], folder: Path) -> Robot:

@@ -120,10 +120,7 @@ def load_model(folder: str | Path, *, below: bool = False) -> Equations:
     learned = [name for name in (INVENTORY, *RESIDUALS) if (folder / name).exists()]
     if learned and not below:
         raise ModelError(f"{folder} has a residual on its equations ({learned[-1]}): open_model opens the whole")
-    try:
-        source = read_text(folder / EQUATIONS)
-    except (OSError, UnicodeDecodeError) as error:
-        raise DataError(folder / EQUATIONS, "the equations of a saved model", reason(error)) from error
+    source = read_text(folder / EQUATIONS, "the equations of a saved model")
     try:
         equations = Equations.from_json(source)
     except Sym2RealError as error:

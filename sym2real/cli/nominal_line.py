@@ -73,29 +73,24 @@ def nominal_line(inspection: Inspection, spec: Path | None) -> NominalLine:
 
 def _interface(inspection: Inspection, columns: Collection[str]) -> tuple[list[str], list[str]]:
     """Options that say what the actions are, and remarks on them; no options where there are no actions."""
-    spec = inspection.spec
     if {*columns} >= THRUST_AND_RATES:
-        return ["--interface", "thrust_rates", *_mass(spec)], _mass_remark(spec)
-    if THRUST_COLUMN in columns and spec.attitude_command.sources:
-        return ["--interface", "thrust_attitude", *_mass(spec)], _mass_remark(spec)
+        return _by_thrust(inspection.spec, "thrust_rates")
+    if THRUST_COLUMN in columns and inspection.spec.attitude_command.sources:
+        return _by_thrust(inspection.spec, "thrust_attitude")
     if {*columns} >= {*MOTORS}:
         unit, remarks = _motor_unit(inspection)
         return ["--interface", "motors", "--attitude", "measured", "--motor-unit", unit], remarks
     if THRUST_COLUMN in columns:
-        return ["--interface", "thrust_rates", "--attitude", "measured", *_mass(spec)], _mass_remark(spec)
+        return _by_thrust(inspection.spec, "thrust_rates", "--attitude", "measured")
     return [], []
 
 
-def _per_mass(spec: LogSpec) -> bool:
-    return UNITS.get(spec.columns[THRUST_COLUMN].unit, ("",))[0] == "m/s^2"
-
-
-def _mass(spec: LogSpec) -> list[str]:
-    return [] if _per_mass(spec) else ["--mass", "KILOGRAMS"]
-
-
-def _mass_remark(spec: LogSpec) -> list[str]:
-    return [] if _per_mass(spec) else ["KILOGRAMS is what the robot weighs, with battery and markers"]
+def _by_thrust(spec: LogSpec, *interface: str) -> tuple[list[str], list[str]]:
+    """Options of an interface that commands thrust, and the mass where it is in newtons."""
+    options = ["--interface", *interface]
+    if UNITS.get(spec.columns[THRUST_COLUMN].unit, ("",))[0] == "m/s^2":
+        return options, []
+    return [*options, "--mass", "KILOGRAMS"], ["KILOGRAMS is what the robot weighs, with battery and markers"]
 
 
 def _motor_unit(inspection: Inspection) -> tuple[str, list[str]]:

@@ -29,7 +29,7 @@ from sym2real.effects.body import Body
 from sym2real.effects.kind import NOT_NEGATIVE, POSITIVE, Domain, Kind, Numbers, Parameter, Values, of_any_body, several
 from sym2real.effects.searching import Searching
 from sym2real.effects.terms import multiplied, raised
-from sym2real.effects.wrench import ALONE, INERTIA, apply_joint_force, braked, inertia, units_of_force
+from sym2real.effects.wrench import ALONE, INERTIA, apply_joint_force, braked, inertia
 from sym2real.inertias import write_inertia
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.dry_friction import USUAL_DECELERATION, dry_friction
@@ -88,7 +88,8 @@ def _joint_friction_parameters(body: Body) -> tuple[Parameter, ...]:
     scale = USUAL_DECELERATION * inertia(body)
     # A gear's may be large beside what a light link weighs, and not beside what drives it.
     most = max(30 * scale, body.numbers.get(f"{body.column}_strength", 0.0))
-    return (Parameter("value", units_of_force(body)[0], null=0.0, low=0.0, high=most, scale=scale),)
+    unit = "N m" if body.unit == "rad" else "N"
+    return (Parameter("value", unit, null=0.0, low=0.0, high=most, scale=scale),)
 
 
 def _starts(body: Body, _values: Array) -> tuple[float, ...]:

@@ -137,11 +137,6 @@ def inertia(body: Body) -> float:
     return body.numbers.get(INERTIA.format(column=body.column), 1.0)
 
 
-def units_of_force(body: Body) -> tuple[str, str]:
-    """Unit of a force along the bound joint, and of its rate."""
-    return ("N m", "rad/s") if body.unit == "rad" else ("N", "m/s")
-
-
 def braked(equations: Equations, body: Body, quantity: str, value: Expr, force: Expr) -> Equations:
     """The equations with more of what brakes the bound joint, or with its force along the joint where they lack it."""
     if quantity in equations.quantities:

@@ -9,11 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis import Comparison, Floor
 from sym2real.diagnosis.data.windows import JUDGED_AT
-from sym2real.diagnosis.errors.rungs import Rung
 from sym2real.report.charts import Chart
-from sym2real.report.horizons import comparison_charts, ladder_charts
 from sym2real.report.html.added import curves
 from sym2real.report.html.observed import observe
 from sym2real.report.html.variants import Given, Predicting, Switch
@@ -26,10 +23,8 @@ SIGNALS_A_ROW = 3
 def path_figure(trajectory: Trajectory) -> Figure:
     """The path seen from above where there is one, and every position, or joint, and its reference over time."""
     placing = trajectory.layouts.state.placing
-    columns, units = (
-        [name for field in placing for name in field.columns],
-        dict.fromkeys(field.unit for field in placing),
-    )
+    columns = [name for field in placing for name in field.columns]
+    units = dict.fromkeys(field.unit for field in placing)
     plane = all(column in trajectory.layouts.state for column in ("x", "y"))
     figure = Figure(figsize=(10, 4.5), layout="constrained")
     *above, over_time = figure.subplots(1, 2 if plane else 1, squeeze=False)[0]
@@ -84,16 +79,6 @@ def charts_figure(charts: Sequence[Chart], title: str = "", *, beside: int | Non
     if title:
         figure.suptitle(title, parse_math=False)
     return figure
-
-
-def comparison_figure(comparison: Comparison) -> Figure:
-    """Error of every channel over the horizon, beside "hold", the mean and what the sensors' noise alone makes."""
-    return charts_figure(comparison_charts(comparison))
-
-
-def ladder_figure(stages: Sequence[Rung], floor: Sequence[Floor]) -> Figure:
-    """Error of every channel over the horizon for every stage with its 95 % band, down to noise and disturbances."""
-    return charts_figure(ladder_charts(stages, floor), "held-out error, one effect after the other")
 
 
 def predictions_figure(models: Mapping[str, Predicting], log: Trajectory) -> Figure:

@@ -13,7 +13,8 @@ from sym2real.errors import ModelError
 from sym2real.report.adaptation import rounds_figure
 from sym2real.report.comparison import comparison_report
 from sym2real.report.diagnosis import diagnosis_in_short, diagnosis_report, hypothesis_report
-from sym2real.report.figures import comparison_figure, ladder_figure, path_figure, predictions_figure
+from sym2real.report.figures import charts_figure, path_figure, predictions_figure
+from sym2real.report.horizons import comparison_charts, ladder_charts
 from sym2real.report.html.variants import Predicting
 from sym2real.report.plan import plan_report
 from sym2real.trajectory import Trajectory
@@ -39,19 +40,20 @@ def adaptation_plot(adapted: Adaptation) -> Figure:
 
 
 def comparison_plot(comparison: Comparison) -> Figure:
-    """Error of every channel over the horizon."""
-    return _shown(comparison_figure(comparison))
+    """Error of every channel over the horizon, beside "hold", the mean and what the sensors' noise alone makes."""
+    return _shown(charts_figure(comparison_charts(comparison)))
 
 
 def ladder_plot(scored: Diagnosis | HypothesisTest) -> Figure:
-    """Held-out error of every channel over the horizon, one effect after the other.
+    """Held-out error of every channel over the horizon for every stage, down to noise and disturbances.
 
     Raises:
         ModelError: where nothing was scored.
     """
     if not scored.ladder:
         raise ModelError("expected errors on held-out data to draw, found none: nothing was scored")
-    return _shown(ladder_figure(scored.ladder, scored.floor))
+    charts = ladder_charts(scored.ladder, scored.floor)
+    return _shown(charts_figure(charts, "held-out error, one effect after the other"))
 
 
 def comparison_html(comparison: Comparison) -> str:

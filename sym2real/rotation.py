@@ -26,6 +26,16 @@ def product(left: Iterable[Any], right: Iterable[Any]) -> tuple[Any, Any, Any, A
     )
 
 
+def axes(quaternion: Iterable[Any]) -> tuple[tuple[Any, Any, Any], ...]:
+    """The body's axes x, y and z, each in world axes, of components w x y z of unit length: numbers, expressions."""
+    w, x, y, z = quaternion
+    return (
+        (1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)),
+        (2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)),
+        (2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)),
+    )
+
+
 def multiply(left: Tensor, right: Tensor) -> Tensor:
     """Hamilton product left ⊗ right of quaternions ``# (..., 4)``."""
     return torch.stack(product(left.unbind(-1), right.unbind(-1))).movedim(0, -1)

@@ -30,7 +30,7 @@ from torch import Tensor
 from sym2real.control.at_steps import AtSteps
 from sym2real.protocols import Memoryless
 from sym2real.robots.robot import GRAVITY
-from sym2real.rotation import yaw
+from sym2real.rotation import axes, yaw
 from sym2real.trajectory import Array
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -127,14 +127,7 @@ def reference_points(reference: Callable[[Tensor], Tensor], times: Tensor) -> li
 
 def body_axes(attitude: Array) -> Array:
     """Rotation matrix ``# (3, 3)``, columns are the body axes in the world, of a unit quaternion ``# (4,)``."""
-    w, x, y, z = attitude.tolist()
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
+    return np.array([*zip(*axes(attitude.tolist()), strict=True)])
 
 
 def cross(left: Array, right: Array) -> Array:

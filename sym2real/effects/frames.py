@@ -4,10 +4,9 @@ from collections.abc import Sequence
 
 from sympy import Expr, Integer, sqrt
 
-from sym2real import vocabulary
+from sym2real import rotation, vocabulary
 from sym2real.effects.body import Body
 from sym2real.symbolic import symbol
-from sym2real.symbolic.quaternions import body_axes
 
 QUATERNION, HEADING = vocabulary.ATTITUDE.columns, vocabulary.HEADING.columns
 Axes = tuple[tuple[Expr, ...], ...]
@@ -23,7 +22,7 @@ def axes(body: Body) -> Axes:
     if body.planar:
         sine, cosine = symbol("sin_yaw"), symbol("cos_yaw")
         return ((cosine, sine), (-sine, cosine))
-    return body_axes([symbol(name) for name in QUATERNION])
+    return rotation.axes([symbol(name) for name in QUATERNION])
 
 
 def body_velocity(body: Body) -> tuple[Expr, ...]:

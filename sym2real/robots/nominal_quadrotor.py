@@ -23,10 +23,9 @@ from sym2real.robots.likely import unlikely_in_quadrotor
 from sym2real.robots.motors import Motors
 from sym2real.robots.rigid_body import FirstOrder, Vector, free_fall, gyroscopic, increment, symbols
 from sym2real.robots.robot import GRAVITY
-from sym2real.rotation import product
+from sym2real.rotation import axes, product
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.mass_normalised import PER_KILOGRAM
-from sym2real.symbolic.quaternions import body_axes
 from sym2real.vocabulary import MOTORS
 
 Interface = Literal["thrust_rates", "thrust_attitude", "motors"]
@@ -159,8 +158,8 @@ def _motors(build: _Build, motors: Motors | None, mass: float, attitude: Attitud
 
 
 def _translation(build: _Build, mass: float, attitude: Vector, dt: float) -> None:
-    axes = build.name(("axis_x", "axis_y", "axis_z"), body_axes(attitude)[2])
-    for p, v, force, axis in zip(POSITION, VELOCITY, FORCE, axes, strict=True):
+    up = build.name(("axis_x", "axis_y", "axis_z"), axes(attitude)[2])
+    for p, v, force, axis in zip(POSITION, VELOCITY, FORCE, up, strict=True):
         acceleration = (symbol("thrust") * axis + symbol(force)) / mass - (GRAVITY if p == "z" else 0)
         build.follow((p, v), free_fall(symbol(p), symbol(v), acceleration, dt))
 

@@ -25,6 +25,7 @@ from hardware.safety import (
     require_possible,
     tilt_of,
 )
+from hardware.standing import unstable_reason
 from sym2real.robots import Robot
 from sym2real.trajectory import Array
 
@@ -64,12 +65,12 @@ class FlightPilot:
         """A flight begins, from the height at which most of the readings have the robot.
 
         Raises:
-            UnreachableError: where it would land at once, or its battery has no reserve for a take-off.
+            UnreachableError: where it would land at once, does not stand, or its battery has no reserve for a take-off.
         """
         self._start(float(np.nanmedian([reading.state[2] for reading in readings])))
         charged = replace(self.limits, battery=self.limits.battery + self.limits.reserve)
         *_, condition = map(self._condition, readings)
-        if reason := judge(condition, charged).reason:
+        if reason := judge(condition, charged).reason or unstable_reason(readings, self.limits):
             raise UnreachableError(f"no take-off: {reason}")
 
     def _start(self, ground: float) -> None:

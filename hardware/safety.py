@@ -42,6 +42,11 @@ class Limits:
         blind_thrust: its thrust, as a part of what has held the robot up so far.
         descent: speed of a landing, m/s.
         touchdown: height above the ground at which motors are cut, m.
+        standing_tilt: angle within which a drone takes off, rad: the firmware's self-test reads up to 5° on level
+            ground (SENSORS_MAN_TEST_LEVEL_MAX), and a floor slopes by up to 5° (a ramp of 1:12).
+        standing_rate: root mean square of a body rate within which it takes off, rad/s: five times the 10 steps of
+            2000°/s / 2¹⁵ at which the firmware calls its gyroscope still (GYRO_VARIANCE_BASE).
+        facing: difference between its yaw and motion capture's within which it takes off, rad.
     """
 
     low: tuple[float, float, float] = (-1.5, -1.5, -0.2)
@@ -60,6 +65,9 @@ class Limits:
     blind_thrust: float = 0.94
     descent: float = 0.3
     touchdown: float = 0.04
+    standing_tilt: float = math.radians(10.0)
+    standing_rate: float = 0.05
+    facing: float = math.radians(15.0)
 
 
 def require_possible(limits: Limits) -> None:
@@ -69,11 +77,11 @@ def require_possible(limits: Limits) -> None:
         ShapeError: with what they must be.
     """
     fence = all(low < high for low, high in zip(limits.low, limits.high, strict=True))
-    angles = 0.0 < limits.tilt <= limits.upside_down <= math.pi
+    angles = 0.0 < limits.standing_tilt <= limits.tilt <= limits.upside_down <= math.pi
     if not (fence and angles and 0.0 < limits.blind_thrust < 1.0 and 0.0 < limits.descent < math.inf):
         raise ShapeError(
-            "limits: expected low corners below the high ones, 0 < tilt <= upside_down <= π rad, 0 < blind_thrust < 1 "
-            f"and a descent in m/s above 0, found {limits}"
+            "limits: expected low corners below the high ones, 0 < standing_tilt <= tilt <= upside_down <= π rad, "
+            f"0 < blind_thrust < 1 and a descent in m/s above 0, found {limits}"
         )
     _require_time_to_land(limits)
     if not limits.late < LEVELS_AFTER:

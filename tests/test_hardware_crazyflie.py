@@ -22,7 +22,7 @@ from hardware.crazyflie.link import CrazyflieLink
 from hardware.crazyflie.routes import ROUTES
 from hardware.crazyflie.telemetry import BLOCKS, block_for, read
 from hardware.crazyflie.thrust_map import THRUST_MAPS
-from hardware.errors import LinkError
+from hardware.errors import LinkError, UnreachableError
 from hardware.fakes.capture import FakeCapture
 from hardware.fakes.crazyflie import FakeCrazyflie
 from hardware.fakes.tables import compressed
@@ -341,6 +341,16 @@ def test_a_whole_flight_over_udp(protocol: int, route: str) -> None:
         assert plant.ended == "the task is over"
         wait_for(lambda: not fake.vehicle.supervisor.armed)
         assert fake.vehicle.state[2] < 0.06
+
+
+def test_a_drone_that_leans_in_a_hand_does_not_arm() -> None:
+    """The firmware takes up to 60° for a drone that may fly."""
+    with connected() as (link, fake), HardwarePlant(link, FlightPilot(CRAZYFLIE, PATIENT)) as plant:
+        fake.do(lambda vehicle: _floating(vehicle, [0.0, 0.0, 1.0, *_attitude(0.6, 0.0, 0.0), *[0.0] * 6]))
+        wait_for(lambda: link.state().state[4] > 0.2)
+        with pytest.raises(UnreachableError, match=r"no take-off: it leans by 3[345]°"):
+            plant.reset(_place(0.4))
+        assert not fake.vehicle.supervisor.armed
 
 
 def test_a_drone_out_of_reach_ends_the_flight() -> None:

@@ -1,6 +1,7 @@
 """Whole flights on a clock that the test owns: start, task, every fault, landing."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -380,6 +381,32 @@ def test_a_take_off_needs_more_battery_than_a_flight() -> None:
     flown = Flown()
     flown.link.battery = 3.4
     with pytest.raises(UnreachableError, match=r"no take-off: battery low: 3\.40 V"):
+        flown.plant.reset(PLACE)
+    assert not flown.link.armed
+
+
+@pytest.mark.parametrize(
+    ("tilt", "rate", "yaw", "words"),
+    [
+        (60.0, 0.0, 0.0, "it leans by 60°: stand it on level ground"),
+        (12.0, 0.0, 0.0, "it leans by 12°"),
+        (0.0, 0.2, 0.0, r"it turns by 0\.14 rad/s: let it stand still"),
+        (0.0, 0.0, 20.0, "its yaw is 20° off: turn"),
+    ],
+)
+def test_no_take_off_from_a_hand(tilt: float, rate: float, yaw: float, words: str) -> None:
+    """It armed though it leaned by 60° or was turned to and fro; its yaw was looked at before the first flight only."""
+    flown = Flown()
+    read, half = flown.link.state, math.radians(tilt) / 2.0
+
+    def seen() -> Reading:
+        reading = read()
+        reading.state[3:7] = [math.cos(half), math.sin(half), 0.0, 0.0]
+        reading.state[10] = rate * math.sin(2.0 * math.pi * 2.0 * reading.time)
+        return replace(reading, extra={"capture_yaw": math.radians(yaw)})
+
+    flown.link.state = seen  # type: ignore[method-assign]
+    with pytest.raises(UnreachableError, match=f"no take-off: {words}"):
         flown.plant.reset(PLACE)
     assert not flown.link.armed
 

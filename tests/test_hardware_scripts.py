@@ -117,8 +117,8 @@ def test_numbers_that_no_flight_has_are_refused_before_it(model: str, tmp_path: 
     for mass in (32.0, 0.0, -0.03, float("nan")):
         with pytest.raises(ShapeError, match="a mass in kg that"):
             CrazyflieLaboratory(sim=True, mass=mass).pilot()
-    degrees, percent = Limits(tilt=70.0), Limits(blind_thrust=94.0)
-    for limits in (degrees, percent, Limits(low=(1.5, -1.5, 0.0), high=(-1.5, 1.5, 1.7)), Limits(descent=-0.3)):
+    degrees, percent = (Limits(tilt=70.0), Limits(standing_tilt=10.0)), Limits(blind_thrust=94.0)
+    for limits in (*degrees, percent, Limits(low=(1.5, -1.5, 0.0), high=(-1.5, 1.5, 1.7)), Limits(descent=-0.3)):
         with pytest.raises(ShapeError, match="limits: expected"):
             CrazyflieLaboratory(sim=True, limits=limits).pilot()
 
@@ -151,6 +151,7 @@ def test_checks_hold_on_a_robot_that_stands_ready() -> None:
         ({"flags": frozenset({"locked"})}, "supervisor"),
         ({"state": np.array([9.0, 0.0, 0.0, 1.0, *[0.0] * 9])}, "position"),
         ({"state": np.array([0.0, 0.0, 0.0, 0.98, 0.2, *[0.0] * 8])}, "tilt"),
+        ({"state": np.array([*ON_THE_GROUND[:10], 0.0, 0.0, 0.1])}, "rate"),
         ({"extra": {"capture_yaw": 1.0}}, "yaw against motion capture"),
         ({"state": np.full(13, np.nan)}, "tilt"),
     ],

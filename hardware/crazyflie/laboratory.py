@@ -1,6 +1,5 @@
 """What the verbs connect to for a Crazyflie: a robot and its motion capture, or fakes beside the script."""
 
-import math
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, dataclass
@@ -15,19 +14,18 @@ from hardware.crazyflie.link import CrazyflieLink
 from hardware.crazyflie.thrust_map import THRUST_MAPS, ThrustMap
 from hardware.fakes.beside import beside
 from hardware.fakes.capture import FakeCapture
-from hardware.frame import Frame, heading
+from hardware.frame import Frame
 from hardware.interfaces import MotionCapture, Reading
 from hardware.laboratory import Laboratory, Opened, Say
 from hardware.pilot import FlightPilot
-from hardware.safety import CUTS, Limits, tilt_of
+from hardware.safety import CUTS, Limits
+from hardware.standing import rate_among, tilt_among, yaw_off
 from sym2real.errors import ModelError
 from sym2real.robots import CRAZYFLIE, Robot
 from sym2real.trajectory import Array
 
 FAKE_MAP = "2025.02"
 LIMITS = Limits()
-UPRIGHT = math.radians(10.0)
-FACING = math.radians(15.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,16 +89,18 @@ class CrazyflieLaboratory(Laboratory):
 
     def checks(self, readings: Sequence[Reading]) -> list[Check]:
         """What must hold before a take-off, judged on the ground."""
-        last, states = readings[-1], np.array([reading.state for reading in readings])
-        charged = last.battery >= self.limits.battery + self.limits.reserve
+        last, limits = readings[-1], self.limits
+        states = np.array([reading.state for reading in readings])
+        charged = last.battery >= limits.battery + limits.reserve
         flagged = sorted(last.flags & set(CUTS))
         return [
-            stream("motion capture", "pose", "pose_stamp", readings, self.limits.pose_age),
-            stream("the robot's log", "attitude", "robot_stamp", readings, self.limits.attitude_age),
+            stream("motion capture", "pose", "pose_stamp", readings, limits.pose_age),
+            stream("the robot's log", "attitude", "robot_stamp", readings, limits.attitude_age),
             still(states[:, :3]),
-            below("tilt", max(map(tilt_of, states[:, 3:7])), UPRIGHT, "rad", "stand it upright on level ground"),
-            below("yaw against motion capture", _facing(readings), FACING, "rad", "turn its front along x, restart it"),
-            inside(states[-1, :3], self.limits.low, self.limits.high),
+            below("tilt", tilt_among(readings), limits.standing_tilt, "rad", "stand it upright on level ground"),
+            below("rate", rate_among(readings), limits.standing_rate, "rad/s", "let it stand still"),
+            below("yaw against motion capture", yaw_off(readings), limits.facing, "rad", "turn its front along x"),
+            inside(states[-1, :3], limits.low, limits.high),
             Check("battery", f"{last.battery:.2f} V", charged, "charge it"),
             Check("supervisor", " ".join(sorted(last.flags)) or "nothing set", not flagged, "restart the robot"),
         ]
@@ -122,12 +122,6 @@ class CrazyflieLaboratory(Laboratory):
         options = ["--poses-to", str(capture.address[1])]
         options += ["--effects", *self.effects] if self.effects else []
         return capture, stack.enter_context(beside("hardware.fakes", options)).address
-
-
-def _facing(readings: Sequence[Reading]) -> float:
-    """Greatest difference in rad between the robot's yaw and that of motion capture; zero where it sees a point."""
-    seen = [(reading.state, reading.extra["capture_yaw"]) for reading in readings if "capture_yaw" in reading.extra]
-    return max((abs(math.remainder(heading(state[3:7]) - yaw, 2.0 * math.pi)) for state, yaw in seen), default=0.0)
 
 
 def _pair(text: str) -> tuple[str, str]:

@@ -14,6 +14,7 @@ from hardware.safe_flight import Line, SafeFlight
 from hardware.safety import (
     BELOW_GROUND,
     FAR,
+    LINK_ENDED,
     Condition,
     Judgement,
     Limits,
@@ -116,7 +117,9 @@ class FlightPilot:
         condition = self._condition(reading, late=late, overruns=overruns, action_is_finite=finite, asked=asked)
         self._see(reading, condition)
         found = judge(condition, self.limits)
-        if found.verdict > self.judgement.verdict:
+        landing = self.judgement.verdict is Verdict.LAND
+        # The end of a link explains why nothing came before it.
+        if found.verdict > self.judgement.verdict or (landing and found.reason == LINK_ENDED):
             self.judgement = found
         if self.judgement.verdict is Verdict.GO and wanted is not None:
             return self._command(wanted, "go")

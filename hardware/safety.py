@@ -16,6 +16,7 @@ from sym2real.robots.robot import GRAVITY
 from sym2real.trajectory import Array
 
 CUTS = ("tumbled", "locked", "crashed")  # flags of the supervisor under which the firmware turns no motor
+LOST, LINK_ENDED = "lost", "the link to the robot has ended"  # its flag, and a reason
 FAR = 1e3  # m: no motion capture sees that far
 BELOW_GROUND = 0.3  # m: a landing aims there, so that it does not float in its own ground effect
 LEVELS_AFTER = 0.5  # s without a set-point until a Crazyflie's firmware turns level by itself
@@ -164,6 +165,8 @@ def judge(condition: Condition, limits: Limits) -> Judgement:
 
 def blind_reason(condition: Condition, limits: Limits) -> str:
     """Why a landing cannot be steered, empty where it can."""
+    if LOST in condition.flags:
+        return LINK_ENDED
     if not knows_attitude(condition, limits):
         return f"no attitude from the robot for {condition.attitude_age:.2f} s"
     if not knows_position(condition, limits):

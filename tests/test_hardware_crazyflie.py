@@ -363,6 +363,16 @@ def test_a_drone_out_of_reach_ends_the_flight() -> None:
         wait_for(lambda: fake.vehicle.supervisor.locked)  # its own watchdog
 
 
+def test_a_flight_whose_link_has_ended_says_so() -> None:
+    """The record said that no attitude came, which a link that goes on may do as well."""
+    with connected() as (link, fake), HardwarePlant(link, FlightPilot(CRAZYFLIE, PATIENT)) as plant:
+        plant.reset(_place(0.4))
+        link.connection.crazyflie._link_error_cb("Too many packets lost")
+        wait_for(lambda: plant.crashed, lambda: plant.step(CRAZYFLIE.rest))
+        assert plant.ended == "the link to the robot has ended"
+        wait_for(lambda: fake.vehicle.supervisor.locked)
+
+
 def test_a_gap_of_the_radio_does_not_end_the_link_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """After a hundred packets without an answer, less than a second, cflib closed it for good."""
     monkeypatch.setattr(radiodriver, "_nr_of_retries", 100)

@@ -157,6 +157,24 @@ def test_lost_data_land_blind(source: str) -> None:
     assert flown.link.stopped
 
 
+def test_a_link_that_ends_while_it_lands_without_attitude_is_the_reason() -> None:
+    flown = Flown()
+    flown.hover(0.5)
+    flown.link.lost["attitude"] = flown.clock.now()
+    read = flown.link.state
+
+    def seen() -> Reading:
+        if flown.rows[-1].command.phase == "blind landing":
+            flown.link.flags.add("lost")
+        return read()
+
+    flown.link.state = seen  # type: ignore[method-assign]
+    flown.down()
+    reasons = list(dict.fromkeys(row.command.reason for row in flown.rows if row.command.reason))
+    assert "no attitude" in reasons[0]
+    assert reasons[1:] == [flown.plant.ended] == ["the link to the robot has ended"]
+
+
 @pytest.mark.parametrize("gain", [0.8, 1.2])
 def test_a_blind_landing_goes_down_where_the_thrust_map_is_wrong(gain: float) -> None:
     """By the weight alone a robot with a fifth more thrust than its map says climbs to 6 m until its motors are cut."""

@@ -42,6 +42,7 @@ def test_a_good_moment_goes_on() -> None:
         ({"position": np.array([0.0, math.nan, 1.0])}, "motion capture"),
         ({"attitude": rolled(math.radians(71.0))}, "tilted"),
         ({"attitude": np.zeros(4)}, "no attitude"),
+        ({"flags": frozenset({"lost"})}, "the link to the robot has ended"),
         ({"battery": 3.19}, "battery"),
         ({"battery": math.nan}, "battery"),
         ({"late": 0.11}, "no action"),

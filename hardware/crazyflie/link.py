@@ -19,6 +19,7 @@ from hardware.crazyflie.thrust_map import ThrustMap
 from hardware.errors import LinkError
 from hardware.frame import heading
 from hardware.interfaces import MotionCapture, Reading, finite_action
+from hardware.safety import LOST
 from sym2real.robots import CRAZYFLIE
 from sym2real.trajectory import Array
 
@@ -126,7 +127,7 @@ class CrazyflieLink(Closing):
             return Reading(now, state, ages, extra=extra)
         state[3:7], state[10:13] = told.attitude, told.rates
         ages["attitude"], extra["robot_stamp"] = now - told.arrival, told.stamp
-        flags = told.flags | {"lost"} if self.connection.lost else told.flags
+        flags = told.flags | {LOST} if self.connection.lost else told.flags
         return Reading(now, state, ages, told.battery, flags, extra)
 
     def send(self, action: ArrayLike) -> Array:

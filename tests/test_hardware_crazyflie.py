@@ -136,6 +136,37 @@ def test_state_arrives_in_world_axes_whatever_the_firmware(protocol: int) -> Non
         wait_for(lambda: np.abs(np.array(fake.firmware.position) - fake.vehicle.state[:3]).max() < 0.01)
 
 
+def test_the_filter_begins_anew_where_the_robot_stands() -> None:
+    """Since it was switched on it had been led astray: by 8° of tilt, and by 29° of yaw."""
+    with FakeCrazyflie(Truth(start=(0.4, -0.3))) as fake:
+        assert abs(fake.vehicle.attitude() @ fake.vehicle.state[3:7]) < math.cos(0.25)
+    with connected(truth=Truth(start=(0.4, -0.3))) as (link, fake):
+        wait_for(lambda: abs(link.state().state[3:7] @ fake.vehicle.state[3:7]) > 1.0 - 1e-4)
+        told = [fake.firmware.parameters[f"kalman.initial{column}"] for column in ("X", "Y", "Z", "Yaw")]
+        assert told == pytest.approx([*fake.vehicle.state[:3], 0.0], abs=0.005)
+        assert fake.firmware.parameters["stabilizer.estimator"] == 2
+        assert fake.firmware.parameters["kalman.resetEstimation"] == 0
+        wait_for(lambda: len(fake.firmware._blocks) == 1)  # nothing but telemetry goes over the radio in flight
+
+
+def test_a_filter_that_does_not_settle_ends_the_connection(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("hardware.crazyflie.estimator.SETTLING", 1.5)
+    monkeypatch.setattr("hardware.fakes.estimator.Estimator.tell", lambda *_: None)  # no position reaches it
+    with pytest.raises(LinkError, match=r"no settled estimate of its own position in 1\.5 s"), connected():
+        pass
+
+
+def test_a_parameter_that_is_not_confirmed_is_one_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The robot that takes angles for rates turned over; whether it had been told was not looked at."""
+    monkeypatch.setattr("hardware.crazyflie.connection.CONFIRMING", 0.3)
+    with connected() as (link, fake):
+        with pytest.raises(LinkError, match=r"no parameter flightmode\.none"):
+            link.connection.set_parameters({"flightmode.none": 0})
+        fake.deaf = True
+        with pytest.raises(LinkError, match=r"no confirmation of flightmode\.stabModeRoll in 0\.3 s"):
+            link.connection.set_parameters({"flightmode.stabModeRoll": 0})
+
+
 def test_the_robot_is_told_its_position_though_nobody_reads_it() -> None:
     """Between two flights its own estimator was told none, and drifted away."""
     with connected() as (link, fake):

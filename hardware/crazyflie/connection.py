@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from hardware.clock import SystemClock
 from hardware.crazyflie.routes import Packet
 from hardware.errors import LinkError
 from sym2real.errors import MissingDependencyError
@@ -17,6 +18,7 @@ from sym2real.trajectory import Array
 
 # cflib closes a radio link for good after so many packets without an answer; each takes 2 ms or more: at least 3 s.
 UNANSWERED = 1500
+POLLED, CONFIRMING = 0.02, 5.0  # s
 LOGGER = logging.getLogger(__name__)
 LIBRARY = "cflib: pip install 'sym2real[crazyflie]'"
 
@@ -42,7 +44,7 @@ class Connection:
         if not crtp.CLASSES:  # a second time would list every driver twice
             crtp.init_drivers()
         logging.getLogger("cflib").setLevel(logging.ERROR)  # what it warns of is told here, or is its own affair
-        self.uri = uri
+        self.uri, self._clock = uri, SystemClock()
         self.crazyflie = Crazyflie(rw_cache=None if cache is None else str(cache))
         self._failure = ""
 
@@ -86,28 +88,56 @@ class Connection:
         """Names of all variables that the firmware can log."""
         return {f"{group}.{name}" for group, names in self.crazyflie.log.toc.toc.items() for name in names}
 
-    def set_parameters(self, values: Mapping[str, int], *, required: bool = True) -> None:
-        """Set parameters of the firmware.
+    def wait(self, ready: Callable[[], bool], seconds: float, what: str) -> None:
+        """Return once something is there.
 
         Raises:
-            LinkError: for one that it does not have, where they are required.
+            LinkError: where it does not come in time, or the connection is lost meanwhile.
+        """
+        start = due = self._clock.now()
+        while not ready():
+            if self.lost or due - start > seconds:
+                raise LinkError(f"{self.uri}: {self.lost or f'no {what} in {seconds:g} s'}")
+            due += POLLED
+            self._clock.sleep_until(due)
+
+    def set_parameters(self, values: Mapping[str, float]) -> None:
+        """Set parameters of the firmware, each once the one before is confirmed.
+
+        Raises:
+            LinkError: for one that it does not have, or does not confirm.
         """
         for name, value in values.items():
-            if self.crazyflie.param.toc.get_element_by_complete_name(name) is not None:
-                self.crazyflie.param.set_value(name, value)
-            elif required:
+            if self.crazyflie.param.toc.get_element_by_complete_name(name) is None:
                 raise LinkError(f"{self.uri}: this firmware has no parameter {name}")
+            confirmed = threading.Event()
+            self.crazyflie.param.add_update_callback(*name.split("."), lambda *_, told=confirmed: told.set())
+            self.crazyflie.param.set_value(name, value)
+            self.wait(confirmed.is_set, CONFIRMING, f"confirmation of {name}")
 
-    def log(self, variables: Mapping[str, str], period_ms: int, receive: Callable[[int, dict[str, Any]], None]) -> None:
-        """Receive a log block: ``receive`` is called from cflib's thread with the robot's ms and values by name."""
+    def log(
+        self, variables: Mapping[str, str], period_ms: int, receive: Callable[[int, dict[str, Any]], None]
+    ) -> Callable[[], None]:
+        """Receive a log block: ``receive`` is called from cflib's thread with the robot's ms and values by name.
+
+        Returns:
+            What ends it.
+
+        Raises:
+            LinkError: for a variable that the firmware does not log.
+        """
         from cflib.crazyflie.log import LogConfig  # noqa: PLC0415
 
+        if missing := sorted(set(variables) - self.logged):
+            raise LinkError(f"{self.uri}: this firmware logs no {', '.join(missing)}")
         block = LogConfig("sym2real", period_ms)
         for name, kind in variables.items():
             block.add_variable(name, kind)
         self.crazyflie.log.add_config(block)
         block.data_received_cb.add_callback(lambda stamp, values, _: receive(stamp, values))
         block.start()
+        end: Callable[[], None] = block.delete
+        return end
 
     def send(self, packet: Packet) -> None:
         """Send data to a port's channel 0."""

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from hardware.clock import SystemClock
 from hardware.closing import Closing
 from hardware.crazyflie.connection import Connection
+from hardware.crazyflie.estimator import begin_anew
 from hardware.crazyflie.routes import ROUTES, Packet, wire_rates
 from hardware.crazyflie.sender import NewestOnly
 from hardware.crazyflie.telemetry import PERIOD_MS, Telemetry, block_for, read
@@ -25,14 +26,12 @@ from sym2real.trajectory import Array
 
 STOP, SET_POINT, REQUEST, POSITION = "stop", "set-point", "request", "position"
 CONNECTING, ARMING, STOPPING = 20.0, 3.0, 0.5  # s
-# The Kalman filter is the estimator that takes positions; it starts where it is now told to be.
-ESTIMATOR = {"stabilizer.estimator": 2}
 
 
 class CrazyflieLink(Closing):
     """A :class:`~hardware.interfaces.RobotLink`.
 
-    The robot stands with its front along the world's x axis when it is switched on: its yaw is its own estimate.
+    The robot stands with its front along the world's x axis when it is connected: its yaw is its own estimate.
 
     Args:
         uri: of the Crazyflie.
@@ -72,7 +71,7 @@ class CrazyflieLink(Closing):
         return connection | {"route": self.route.name, "thrust_map": asdict(self.thrust_map)}
 
     def connect(self) -> None:
-        """Motion capture, then the robot, then its log.
+        """Motion capture, then the robot, its log, and its estimator, which begins anew.
 
         Raises:
             LinkError: naming what did not answer, or what the firmware is too old for.
@@ -85,13 +84,13 @@ class CrazyflieLink(Closing):
                 f"route {self.route.name!r} needs CRTP protocol {self.route.protocol}, the firmware speaks {protocol}: "
                 "update it, or take the route 'commander'"
             )
-        self.connection.set_parameters(ESTIMATOR, required=False)
         self.connection.set_parameters(self.route.parameters)
         self._block = block_for(self.connection.logged)
         self._sender = NewestOnly(STOP, SET_POINT, REQUEST, POSITION)
         self.connection.log(self._block.variables, PERIOD_MS, self._receive)
-        self._await(lambda: self._telemetry is not None, CONNECTING, "the first log packet")
-        self._await(lambda: bool(np.isfinite(self.state().state).all()), CONNECTING, "a whole state")
+        self.connection.wait(lambda: self._telemetry is not None, CONNECTING, "log packet")
+        self.connection.wait(lambda: bool(np.isfinite(self.state().state).all()), CONNECTING, "whole state")
+        begin_anew(self.connection, self.state().state[:3])
 
     def arm(self) -> None:
         """Unlock and arm; nothing turns yet.
@@ -107,7 +106,9 @@ class CrazyflieLink(Closing):
         self._put(lambda: self.connection.arm(True), REQUEST)
         wanted = "armed" if self._block.arming else "can_fly"
         said = ", ".join(sorted(self.state().flags)) or "nothing"
-        self._await(lambda: wanted in self.state().flags, ARMING, f"the flag {wanted!r} (the robot says: {said})")
+        self.connection.wait(
+            lambda: wanted in self.state().flags, ARMING, f"the flag {wanted!r} (the robot says: {said})"
+        )
 
     def state(self) -> Reading:
         """Position and velocity of motion capture, attitude and rates of the robot.
@@ -198,11 +199,3 @@ class CrazyflieLink(Closing):
         arrival, unpack = self._clock.now(), self.connection.unpack_quaternion
         self._telemetry = read(self._block, values, unpack, stamp_ms, arrival)
         self._tell_position()  # with every log packet, in flight or between two: its estimator must not drift away
-
-    def _await(self, ready: Callable[[], bool], seconds: float, what: str) -> None:
-        start = due = self._clock.now()
-        while not ready():
-            if self.connection.lost or due - start > seconds:
-                raise LinkError(f"{self.connection.uri}: {self.connection.lost or f'no {what} in {seconds:g} s'}")
-            due += self.robot.dt
-            self._clock.sleep_until(due)

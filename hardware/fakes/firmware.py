@@ -11,9 +11,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hardware.fakes.tables import (
+    INITIAL,
     LOG_TYPES,
     PARAMETER_TYPES,
+    RESET,
     Sample,
+    kind_of,
     log_variables,
     packed_value,
     parameters,
@@ -120,6 +123,7 @@ class Firmware:
     def _on_localisation(self, channel: int, data: bytes) -> list[bytes]:
         if channel == 0:
             self.position = struct.unpack("<fff", data)
+            self.vehicle.estimator.tell(self.vehicle.time)
         elif channel == 1 and data[0] == 3 and self.protocol < SUPERVISED:
             self.vehicle.supervisor.lock()
         return []
@@ -147,16 +151,21 @@ class Firmware:
         self.vehicle.command(counts, np.deg2rad(rates_deg))
 
     def _on_parameters(self, channel: int, data: bytes) -> list[bytes]:
-        if channel == 0:
-            return self._table(data, [table_item(name, PARAMETER_TYPES["uint8_t"]) for name in self.parameters])
         names = list(self.parameters)
-        name = names[int.from_bytes(data[:2], "little")] if channel in (1, 2) else ""
+        if channel == 0:
+            return self._table(data, [table_item(name, PARAMETER_TYPES[kind_of(name)]) for name in names])
+        if channel not in (1, 2):
+            return []
+        name = names[int.from_bytes(data[:2], "little")]
+        layout = "<f" if kind_of(name) == "float" else "<B"
         if channel == 1:
-            return [data[:2] + bytes([0, self.parameters[name]])]
-        if channel == 2:
-            self.parameters[name] = data[2]
-            return [data]
-        return []
+            value = self.parameters[name]
+            return [data[:2] + b"\0" + struct.pack(layout, value if layout == "<f" else int(value))]
+        (self.parameters[name],) = struct.unpack(layout, data[2:])
+        if name == RESET and self.parameters[name]:
+            vehicle = self.vehicle
+            vehicle.estimator.reset(vehicle.state[3:7], self.parameters[f"{INITIAL}Yaw"], vehicle.time)
+        return [data]
 
     def _on_log(self, channel: int, data: bytes) -> list[bytes]:
         if channel == 0:

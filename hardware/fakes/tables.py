@@ -16,6 +16,7 @@ from sym2real.trajectory import Array
 LOG_TYPES = {"uint8_t": 1, "uint16_t": 2, "uint32_t": 3, "int8_t": 4, "int16_t": 5, "int32_t": 6, "float": 7, "FP16": 8}
 PARAMETER_TYPES = {"uint8_t": 8, "uint16_t": 9, "uint32_t": 10, "float": 6}
 PACKED = {1: "B", 2: "H", 3: "I", 4: "b", 5: "h", 6: "i", 7: "f", 8: "e"}
+RESET, INITIAL = "kalman.resetEstimation", "kalman.initial"
 COMPACT_SINCE = 10  # protocol whose firmware logs the supervisor and the compressed state
 
 
@@ -27,11 +28,13 @@ class Sample:
     rates: Array
     battery: float
     bits: int
+    variance: float
 
     @classmethod
     def of(cls, vehicle: Vehicle) -> Sample:
         """The present."""
-        return cls(vehicle.attitude(), vehicle.rates(), vehicle.battery, vehicle.supervisor.bits)
+        variance = vehicle.estimator.variance(vehicle.time)
+        return cls(vehicle.attitude(), vehicle.rates(), vehicle.battery, vehicle.supervisor.bits, variance)
 
 
 @dataclass(frozen=True)
@@ -48,6 +51,7 @@ def log_variables(protocol: int) -> list[Variable]:
     older = [
         *(_quaternion(f"stateEstimate.q{axis}", place) for place, axis in enumerate("wxyz")),
         *(_gyro(axis, place) for place, axis in enumerate("xyz")),
+        *(Variable(f"kalman.var{axis}", "float", lambda sample: sample.variance) for axis in "XYZ"),
         Variable("pm.vbat", "float", lambda sample: sample.battery),
         Variable("sys.canfly", "uint8_t", lambda sample: sample.bits >> 3 & 1),
         Variable("sys.isFlying", "uint8_t", lambda sample: sample.bits >> 4 & 1),
@@ -64,10 +68,16 @@ def log_variables(protocol: int) -> list[Variable]:
     return [*older, *(newer if protocol >= COMPACT_SINCE else [])]
 
 
-def parameters() -> dict[str, int]:
-    """The firmware's parameters, all of one byte, with their values after a start."""
+def parameters() -> dict[str, float]:
+    """The firmware's parameters with their values after a start."""
     stabilised = {"flightmode.stabModeRoll": 1, "flightmode.stabModePitch": 1, "flightmode.stabModeYaw": 0}
-    return {**stabilised, "stabilizer.estimator": 1}
+    initial = {f"{INITIAL}{column}": 0.0 for column in ("X", "Y", "Z", "Yaw")}
+    return {**stabilised, "stabilizer.estimator": 1, RESET: 0, **initial}
+
+
+def kind_of(parameter: str) -> str:
+    """Its C type."""
+    return "float" if parameter.startswith(INITIAL) else "uint8_t"
 
 
 def compressed(attitude: Array) -> int:

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hardware.fakes.estimator import Estimator
 from hardware.fakes.supervisor import Supervisor
 from hardware.frame import heading
 from sym2real.plants import MujocoPlant
@@ -35,6 +36,7 @@ class Truth:
         drain: V lost per N of thrust and s.
         load: V lost per N of thrust, as long as it is given.
         compensated: whether the firmware makes up for the voltage; else thrust goes with it, relative to 4 V.
+        astray: what the attitude of the robot's filter is off by before it is reset, rotation vector, world axes, rad.
         attitude_noise, rate_noise: standard deviations, rad and rad/s.
         position_noise: of motion capture, m.
         latency: s from the radio to the motors, and back.
@@ -47,6 +49,7 @@ class Truth:
     drain: float = 0.004
     load: float = 0.5
     compensated: bool = True
+    astray: tuple[float, float, float] = (0.1, -0.1, 0.5)
     attitude_noise: float = 0.003
     rate_noise: float = 0.02
     position_noise: float = 0.0003
@@ -74,7 +77,7 @@ class Vehicle:
     """
 
     def __init__(self, truth: Truth, changes: Sequence[Change] = (), now: float = 0.0) -> None:
-        self.truth, self.supervisor = truth, Supervisor(now)
+        self.truth, self.supervisor, self.estimator = truth, Supervisor(now), Estimator(truth.astray, now)
         self.plant = MujocoPlant(replace(CRAZYFLIE, dt=STEP), changes)
         self.plant.reset([*truth.start, 0.0125, 1.0, *[0.0] * 9])
         self.time, self._rng = now, np.random.default_rng(truth.seed)
@@ -122,7 +125,7 @@ class Vehicle:
     def attitude(self) -> Array:
         """What the estimator says, quaternion w x y z ``# (4,)``."""
         half = 0.5 * self.truth.attitude_noise * self._rng.standard_normal(3)
-        w, (x, y, z), (a, b, c) = self.state[3], self.state[4:7], half
+        (w, x, y, z), (a, b, c) = self.estimator.attitude(self.state[3:7]), half
         noisy = np.array([w - x * a - y * b - z * c, x + w * a + y * c - z * b, y + w * b + z * a - x * c,
                           z + w * c + x * b - y * a])  # fmt: skip
         unit: Array = noisy / np.linalg.norm(noisy)

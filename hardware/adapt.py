@@ -71,7 +71,7 @@ class Adapt(AdaptVerb, Generic[Kind]):
         about = about_run(self.task, self.model, link, self.laboratory.about)
         with (
             Recorder(self._free_name(), self.laboratory.ROBOT, about) as recorder,
-            HardwarePlant(link, pilot, record=recorder.add, put=opened.put) as plant,
+            HardwarePlant(link, pilot, record=recorder.add, put=opened.put, about=self.laboratory.target) as plant,
         ):
             yield plant
 

@@ -78,6 +78,7 @@ class Command:
         phase: the same in words for the record, with how ("blind landing").
         reason: for leaving GO; empty before.
         fault: what a person looks at the robot for before it moves again, though a landing was asked for; empty else.
+        remedy: what a person does where no action ended the flight, but an empty battery, say; empty else.
     """
 
     action: Array
@@ -85,6 +86,7 @@ class Command:
     phase: str
     reason: str
     fault: str = ""
+    remedy: str = ""
 
 
 class Pilot(Protocol):

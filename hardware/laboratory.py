@@ -67,5 +67,10 @@ class Laboratory(ABC):
 
     @property
     @abstractmethod
+    def target(self) -> dict[str, Any]:
+        """What a run that is continued must find again, or its logs are of different robots."""
+
+    @property
+    @abstractmethod
     def about(self) -> dict[str, Any]:
         """What a record says of the pilot: numbers, texts, lists and dictionaries of them."""

@@ -154,7 +154,7 @@ class FlightPilot:
         over = elapsed > self.limits.landing or without > self.limits.blind
         if self.judgement.verdict is Verdict.CUT or down or over:
             fault = self._fault(down=down and not blind, over=over)
-            self.judgement = Judgement(Verdict.CUT, self.judgement.reason)
+            self.judgement = replace(self.judgement, verdict=Verdict.CUT)
             return self._command(np.zeros(self.robot.layouts.action.size), "cut", fault)
         if blind or not _whole(reading):
             self._steered = False
@@ -183,7 +183,7 @@ class FlightPilot:
         robot, verdict = self.robot, self.judgement.verdict
         if verdict is not Verdict.CUT:
             action = np.clip(np.where(np.isfinite(action), action, robot.rest), robot.low, robot.high)
-        return Command(action, verdict, phase, self.judgement.reason, fault)
+        return Command(action, verdict, phase, self.judgement.reason, fault, self.judgement.remedy)
 
     def _battery(self, reading: Reading) -> float:
         """The greatest voltage of the last while; a clock that went backwards begins a new while."""

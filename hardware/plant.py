@@ -6,9 +6,9 @@ lands the robot.
 """
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -36,6 +36,7 @@ class HardwarePlant:
         record: called once a control period.
         guard: watch for a silent controller from a second thread; without it, call :meth:`watch`.
         put: has a person bring the robot near a start ``# (state,)``; a fault does not keep it from the next run then.
+        about: what tells its robot from another, for a run that is continued: as JSON has it.
 
     Attributes:
         sent: the last step's action as the robot was told it, after pilot, rounding and saturation ``# (action,)``.
@@ -51,13 +52,14 @@ class HardwarePlant:
         record: Callable[[Row], None] = lambda _: None,
         guard: bool = True,
         put: Callable[[Array], None] | None = None,
+        about: Mapping[str, Any] | None = None,
     ) -> None:
-        self.link, self._pilot, self._put = link, pilot, put
+        self.link, self._pilot, self._put, self.about = link, pilot, put, about or {}
         self._clock = clock or SystemClock()
         self._lock = threading.RLock()
         self._moving = self._awaiting = self._holding = False
         self._acting = PilotedLink(link, pilot, self._clock, record)
-        self.ended, self._fault = "", ""
+        self.ended, self._fault, self._remedy = "", "", ""
         self.sent, self._held = np.zeros(link.robot.layouts.action.size), 0.0
         self._closing = threading.Event()
         if guard:
@@ -163,6 +165,19 @@ class HardwarePlant:
                 self._acting.stage = "landing"
                 self._finish(reason, faulty=False)
 
+    def end_episode(self) -> None:
+        """Land; refuse an episode that ended by what no model can help.
+
+        Raises:
+            LinkError: with what to do first, where the battery, the link or motion capture ended it.
+        """
+        self.land()
+        if self._remedy:
+            raise LinkError(
+                f"{self.ended}: no fault of the model, so this episode does not count; {self._remedy}, then give the "
+                "same command again"
+            )
+
     def watch(self) -> None:
         """Hold the start until the first action comes; land where an action has been due for too long."""
         if self._overdue() <= (0.0 if self._holding else self._pilot.late):
@@ -225,7 +240,7 @@ class HardwarePlant:
         seconds = self._pilot.approach(self._acting.reading, goal)
         if not self._moving:
             self.link.arm()
-            self.ended, self._moving = "", True
+            self.ended, self._remedy, self._moving = "", "", True
         self._awaiting = self._holding = False
         self._acting.measure(anew=True)
         for _ in range(round(seconds / self.dt)):
@@ -259,7 +274,7 @@ class HardwarePlant:
         while command.verdict is not Verdict.CUT:
             self._acting.next()
             found.append(command := self._acting.tick(None, asked))
-        self._moving, self.ended = False, command.reason
+        self._moving, self.ended, self._remedy = False, command.reason, found[0].remedy
         faults = [command.reason if faulty else "", *(each.fault for each in found)]
         self._fault = next(filter(None, faults), "")
 

@@ -135,10 +135,11 @@ class Condition:
 
 @dataclass(frozen=True)
 class Judgement:
-    """A verdict and its reason in words (empty for GO)."""
+    """A verdict, its reason in words (empty for GO), and the remedy where the reason is not what was commanded."""
 
     verdict: Verdict
     reason: str = ""
+    remedy: str = ""
 
 
 def judge(condition: Condition, limits: Limits) -> Judgement:
@@ -149,18 +150,22 @@ def judge(condition: Condition, limits: Limits) -> Judgement:
     angle = tilt_of(condition.attitude)
     if fresh(condition.attitude_age, limits.attitude_age) and angle > limits.upside_down:
         return Judgement(Verdict.CUT, f"upside down: tilted by {math.degrees(angle):.0f}°")
-    reasons = (
-        condition.asked,
-        blind_reason(condition, limits),
-        outside(condition.position, limits.low, limits.high),
-        "" if angle <= limits.tilt else f"tilted by {math.degrees(angle):.0f}°",
-        "" if condition.battery >= limits.battery else f"battery low: {condition.battery:.2f} V",
-        "" if condition.late <= limits.late else f"no action for {condition.late:.2f} s after it was due",
-        "" if condition.overruns <= limits.overruns else f"{condition.overruns} actions in a row were late",
-        "" if condition.action_is_finite else "the controller gave no action of finite numbers",
+    late, row = condition.late, condition.overruns
+    found = (
+        (condition.asked, ""),
+        (blind_reason(condition, limits), "look at the radio and motion capture"),
+        (outside(condition.position, limits.low, limits.high), ""),
+        ("" if angle <= limits.tilt else f"tilted by {math.degrees(angle):.0f}°", ""),
+        (
+            "" if condition.battery >= limits.battery else f"battery low: {condition.battery:.2f} V",
+            "change the battery",
+        ),
+        ("" if late <= limits.late else f"no action for {late:.2f} s after it was due", ""),
+        ("" if row <= limits.overruns else f"{row} actions in a row were late", ""),
+        ("" if condition.action_is_finite else "the controller gave no action of finite numbers", ""),
     )
-    reason = next(filter(None, reasons), "")
-    return Judgement(Verdict.LAND if reason else Verdict.GO, reason)
+    reason, remedy = next((each for each in found if each[0]), ("", ""))
+    return Judgement(Verdict.LAND if reason else Verdict.GO, reason, remedy)
 
 
 def blind_reason(condition: Condition, limits: Limits) -> str:

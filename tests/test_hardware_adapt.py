@@ -57,6 +57,37 @@ def test_a_dry_run_checks_the_drone_and_sends_nothing(tmp_path: Path, capsys: py
     assert not out.exists()
 
 
+def refused(command: str, capsys: pytest.CaptureFixture[str]) -> str:
+    with pytest.raises(SystemExit) as ended:
+        run_verb(of_every_robot(Adapt), "adapt", None, command.split())
+    assert ended.value.code == 2
+    return " ".join(capsys.readouterr().err.split())
+
+
+def test_a_run_goes_on_with_the_same_thrust_map_only(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A second one says that each command was another thrust: its logs are of another robot."""
+    save_model(CRAZYFLIE.nominal(), tmp_path / "model")
+    command = f"crazyflie {tmp_path}/model hover --sim --samples 64 --out {tmp_path}/out"
+    command += " --limits.pose-age 60 --limits.attitude-age 60 --limits.high 1.5 1.5 0.3"
+    assert "the start lies outside the fence" in refused(command, capsys)
+    words = refused(f"{command} --thrust-map 2026.04", capsys)
+    assert "holds a run with other settings (thrust_map: {'name': '2025.02'" in words
+    assert "effects: [] there, ['added_mass', 'value=0.005'] now" in refused(
+        f"{command} --effects added_mass value=0.005", capsys
+    )
+
+
+def test_a_run_on_a_robot_does_not_go_on_with_a_fake(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    save_model(MUSHR.nominal(), tmp_path / "model")
+    command = f"mushr {tmp_path}/model circle --rounds 1 --seconds 2 --samples 64 --out {tmp_path}/out {PATIENT} {FAR}"
+    monkeypatch.setattr("sys.stdin", io.StringIO())
+    with MushrLaboratory(sim=True).open(MUSHR.start, print) as fake:
+        assert "a person at the keyboard" in refused(f"{command} --master {fake.link.about['master']}", capsys)
+    assert "(sim: False there, True now)" in refused(f"{command} --sim", capsys)
+
+
 def test_a_person_is_asked_to_put_the_car_back(monkeypatch: pytest.MonkeyPatch) -> None:
     said: list[str] = []
     with MushrLaboratory(sim=True).open(MUSHR.start, said.append) as fake:

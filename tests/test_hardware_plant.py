@@ -1,7 +1,9 @@
 """Whole flights on a clock that the test owns: start, task, every fault, landing."""
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,11 +13,12 @@ from hardware.interfaces import Reading, Verdict
 from hardware.pilot import FlightPilot
 from hardware.plant import HardwarePlant
 from hardware.row import Row
-from sym2real.adaptation import tracking_error
+from sym2real.adaptation import Adaptation, Adapting, adapt, tracking_error
 from sym2real.adaptation.target import Flights
 from sym2real.control import geometric_controller
 from sym2real.effects import effect
 from sym2real.errors import ShapeError
+from sym2real.experiments.learners import NoResidual
 from sym2real.plants import run_episode
 from sym2real.protocols import Controller
 from sym2real.robots import CRAZYFLIE
@@ -118,6 +121,62 @@ def test_a_flight_that_missed_periods_and_poses_is_learned_from_at_its_true_time
     np.testing.assert_allclose(np.diff(log[0].time), CRAZYFLIE.dt)
     way, speed = np.diff(log[0].state[:, :3], axis=0), log[0].state[:, 7:10]
     np.testing.assert_allclose(way, CRAZYFLIE.dt * (speed[1:] + speed[:-1]) / 2, atol=2e-3)
+
+
+def flown_to_the_end(cause: Callable[[Flown], None], folder: Path | None = None) -> tuple[Flown, Adaptation]:
+    """An adaptation of one round, whose first flight has a cause to end after a second of its task."""
+    flown, task = Flown(), make_task("circle", CRAZYFLIE)
+    read = flown.link.state
+
+    def seen() -> Reading:
+        if sum(row.stage == "task" for row in flown.rows) == 50:
+            cause(flown)
+        return read()
+
+    def controller(*_: object, **__: object) -> Controller:
+        return geometric_controller(CRAZYFLIE, task.reference)
+
+    flown.link.state = seen  # type: ignore[method-assign]
+    settings = Adapting(rounds=1, steps=100, until_settled=False)
+    return flown, adapt(
+        CRAZYFLIE.nominal(), flown.plant, task, NoResidual(), settings, folder=folder, controller=controller
+    )
+
+
+@pytest.mark.parametrize(
+    ("cause", "words"),
+    [
+        (
+            lambda flown: setattr(flown.link, "battery", 3.0),
+            r"battery low: 3\.00 V: no fault.*; change the battery, then",
+        ),
+        (lambda flown: flown.link.lost.setdefault("pose", flown.clock.now()), "no pose.*: no fault.*look at the radio"),
+        (lambda flown: flown.link.flags.add("lost"), "the link to the robot has ended: no fault.*look at the radio"),
+    ],
+)
+def test_a_flight_that_no_model_ended_does_not_count(
+    cause: Callable[[Flown], None], words: str, tmp_path: Path
+) -> None:
+    """It was a crash of the model that flew it. The same command flies that round again."""
+    with pytest.raises(LinkError, match=f"{words}.*the same command again"):
+        flown_to_the_end(cause, tmp_path)
+    assert not list(tmp_path.rglob("log.parquet"))
+    _, adapted = flown_to_the_end(lambda _: None, tmp_path)
+    assert [(report.rows, report.crashed) for report in adapted.reports] == [(100, False)] * 2
+
+
+def test_a_flight_that_its_actions_ended_is_a_crash() -> None:
+    """Its next round needs a person: the run ends there, and the log of the crash is kept."""
+    flown = Flown()
+    task = make_task("circle", CRAZYFLIE)
+
+    def wild(*_: object, **__: object) -> Controller:
+        return geometric_controller(CRAZYFLIE, make_task("hover", CRAZYFLIE, goal=(9.0, 0.0, 1.0)).reference)
+
+    flights = Flights(flown.plant, CRAZYFLIE, task, 400, None, 0, lambda _: None, wild)
+    log = flights.log(0, CRAZYFLIE.nominal())
+    assert "fence" in flown.plant.ended
+    assert flights.judged(log)[0] is True
 
 
 def test_what_was_sent_is_told_apart_from_what_was_asked() -> None:

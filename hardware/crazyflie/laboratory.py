@@ -110,6 +110,11 @@ class CrazyflieLaboratory(Laboratory):
         return FlightPilot(CRAZYFLIE, self.limits, self.mass)
 
     @property
+    def target(self) -> dict[str, Any]:
+        """Real or fake, and what a thrust means."""
+        return {"sim": self.sim, "effects": list(self.effects), "thrust_map": asdict(self.map())}
+
+    @property
     def about(self) -> dict[str, Any]:
         """Mass and limits."""
         return {"mass": self.mass or CRAZYFLIE.mass, "limits": asdict(self.limits)}

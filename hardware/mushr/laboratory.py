@@ -97,6 +97,11 @@ class MushrLaboratory(Laboratory):
         return DrivePilot(MUSHR, self.limits, self.car)
 
     @property
+    def target(self) -> dict[str, Any]:
+        """Real or fake, and what its drivers make of commands."""
+        return {"sim": self.sim, "effects": list(self.effects), "latency": self.latency, "car": asdict(self.car)}
+
+    @property
     def about(self) -> dict[str, Any]:
         """Limits."""
         return {"limits": asdict(self.limits)}

@@ -78,7 +78,7 @@ class DrivePilot:
         self._start()
 
     def _start(self) -> None:
-        self._verdict, self._reason = Verdict.GO, ""
+        self._verdict, self._reason, self._remedy = Verdict.GO, "", ""
         self._last = self.robot.rest.copy()
         self._braked = 0.0
 
@@ -125,9 +125,9 @@ class DrivePilot:
         self, reading: Reading, wanted: Array | None, *, late: float = 0.0, overruns: int = 0, asked: str = ""
     ) -> Command:
         """The command of this control period; arguments as of the protocol."""
-        reason = asked or self._wrong(reading, wanted, late, overruns)
+        reason, remedy = (asked, "") if asked else self._wrong(reading, wanted, late, overruns)
         if self._verdict is Verdict.GO and (reason or wanted is None):
-            self._verdict, self._reason = Verdict.LAND, reason or "no action"
+            self._verdict, self._reason, self._remedy = Verdict.LAND, reason or "no action", remedy
         if self._verdict is Verdict.GO and wanted is not None:
             inside = np.clip(wanted, self.robot.low, self.robot.high)
             self._last = self.car.reachable(inside, self._last, self.robot.dt)
@@ -144,20 +144,25 @@ class DrivePilot:
         stands = slower == 0.0 and not float(np.hypot(*reading.state[4:6])) > STANDS
         if self._verdict is Verdict.CUT or stands or self._braked > self.limits.longest:
             self._verdict = Verdict.CUT
-            return Command(self.robot.rest.copy(), Verdict.CUT, "stand", self._reason)
-        return Command(self._last, Verdict.LAND, "brake", self._reason)
+            return Command(self.robot.rest.copy(), Verdict.CUT, "stand", self._reason, remedy=self._remedy)
+        return Command(self._last, Verdict.LAND, "brake", self._reason, remedy=self._remedy)
 
-    def _wrong(self, reading: Reading, wanted: Array | None, late: float, overruns: int) -> str:
+    def _wrong(self, reading: Reading, wanted: Array | None, late: float, overruns: int) -> tuple[str, str]:
+        """A reason to brake, and the remedy where it is not what was commanded; both empty where there is none."""
         limits, age = self.limits, reading.ages.get("pose", math.inf)
-        reasons = (
-            "" if fresh(age, limits.pose_age) else f"no pose from motion capture for {age:.2f} s",
-            "nobody hears the commands" if UNHEARD in reading.flags else "",
-            self._outside(reading.state),
-            "" if late <= limits.late else f"no action for {late:.2f} s after it was due",
-            "" if overruns <= limits.overruns else f"{overruns} actions in a row were late",
-            "" if wanted is None or np.isfinite(wanted).all() else "the controller gave no action of finite numbers",
+        unheard, finite = UNHEARD in reading.flags, wanted is None or bool(np.isfinite(wanted).all())
+        found = (
+            (
+                "" if fresh(age, limits.pose_age) else f"no pose from motion capture for {age:.2f} s",
+                "look at its cameras",
+            ),
+            ("nobody hears the commands" if unheard else "", "start the car's multiplexer"),
+            (self._outside(reading.state), ""),
+            ("" if late <= limits.late else f"no action for {late:.2f} s after it was due", ""),
+            ("" if overruns <= limits.overruns else f"{overruns} actions in a row were late", ""),
+            ("" if finite else "the controller gave no action of finite numbers", ""),
         )
-        return next(filter(None, reasons), "")
+        return next((each for each in found if each[0]), ("", ""))
 
     def _outside(self, state: Array) -> str:
         return outside(state[:2], self.limits.low, self.limits.high)

@@ -68,7 +68,7 @@ class Flights:
 
     @property
     def about(self) -> dict[str, Any]:
-        """Robot, task with its reference, changes and description of the plant, and how episodes are flown."""
+        """Robot, task with its reference, what the plant is, and how episodes are flown."""
         changes = [change.name for change in getattr(self.plant, "changes", ())]
         description = hashlib.sha256((getattr(self.plant, "description", None) or "").encode()).hexdigest()
         return {
@@ -79,6 +79,7 @@ class Flights:
             "description": description,
             "steps": self.steps,
             "samples": self.samples,
+            **getattr(self.plant, "about", {}),
         }
 
     def log(self, number: int, model: Model) -> Dataset:
@@ -97,7 +98,8 @@ class Flights:
             on_step=lambda step, *_: self.on_progress(Progress(what, step + 1, self.steps)),
             name=f"round_{number:02d}",
         )
-        getattr(self.plant, "land", lambda: None)()  # a robot, before training takes the processor from its pilot
+        # A robot lands before training takes the processor from its pilot, and refuses what no model has ended.
+        getattr(self.plant, "end_episode", lambda: None)()
         return Dataset([without_holes(episode, self.plant.dt)])
 
     def judged(self, log: Dataset) -> tuple[bool, float, float]:

@@ -15,6 +15,7 @@ from hardware.safety import (
     BELOW_GROUND,
     FAR,
     LINK_ENDED,
+    NEAR_GROUND,
     Condition,
     Judgement,
     Limits,
@@ -34,7 +35,6 @@ ARRIVED, SETTLED = 0.1, 0.25  # m from the place and m/s, which must hold for:
 DWELL = 0.5  # s
 HOLDING = 2.0  # s: the battery empties
 PATIENCE = 8.0  # s beyond the way's duration
-NEAR_GROUND = 0.15  # m: lower it falls unharmed, and a blind thrust might lift it up
 CONSECUTIVE = 3  # poses in a row that say the same: one of motion capture may be wrong
 SAME = 1e-6  # s: two arrivals that differ by less are one pose, read twice
 BLIND = "it landed blind"  # and may lie anywhere

@@ -17,6 +17,8 @@ from sym2real.trajectory import Array
 
 CUTS = ("tumbled", "locked", "crashed")  # flags of the supervisor under which the firmware turns no motor
 LOST, LINK_ENDED = "lost", "the link to the robot has ended"  # its flag, and a reason
+NEAR_GROUND = 0.15  # m: lower it falls unharmed, and a blind thrust might lift it up
+MOST_DESCENT = 1.0  # m/s: as after a fall from 5 cm
 FAR = 1e3  # m: no motion capture sees that far
 BELOW_GROUND = 0.3  # m: a landing aims there, so that it does not float in its own ground effect
 LEVELS_AFTER = 0.5  # s without a set-point until a Crazyflie's firmware turns level by itself
@@ -84,12 +86,18 @@ def require_possible(limits: Limits) -> None:
             "limits: expected low corners below the high ones, 0 < standing_tilt <= tilt <= upside_down <= π rad, "
             f"0 < blind_thrust < 1 and a descent in m/s above 0, found {limits}"
         )
-    _require_time_to_land(limits)
-    if not limits.late < LEVELS_AFTER:
+    if not (limits.descent <= MOST_DESCENT and 0.0 < limits.touchdown <= NEAR_GROUND):
         raise ShapeError(
-            f"limits: expected late below {LEVELS_AFTER:g} s, after which the firmware turns level by itself, found "
-            f"{limits.late:g}"
+            f"limits: expected a descent up to {MOST_DESCENT:g} m/s and a touchdown above 0 and up to {NEAR_GROUND:g} "
+            f"m, found {limits.descent:g} and {limits.touchdown:g}"
         )
+    _require_time_to_land(limits)
+    for option, found in (("late", limits.late), ("pose_age", limits.pose_age), ("attitude_age", limits.attitude_age)):
+        if not found < LEVELS_AFTER:
+            raise ShapeError(
+                f"limits: expected {option} below {LEVELS_AFTER:g} s, after which the firmware turns level by itself, "
+                f"found {found:g}"
+            )
 
 
 def _require_time_to_land(limits: Limits) -> None:

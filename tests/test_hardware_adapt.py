@@ -2,6 +2,7 @@
 
 import io
 import json
+import math
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +21,12 @@ from sym2real.symbolic.storage import save_model
 # A machine that others use may be late: what is tested is what happens, not how fast.
 PATIENT = "--limits.pose-age 60 --limits.late 60 --limits.overruns 10000"
 FAR = "--limits.low -9 -9 --limits.high 9 9"
+
+
+@pytest.fixture(autouse=True)
+def patient_firmware(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With the patience above: no real flight may be that late."""
+    monkeypatch.setattr("hardware.safety.LEVELS_AFTER", math.inf)
 
 
 @pytest.mark.slow

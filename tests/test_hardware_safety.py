@@ -66,9 +66,13 @@ def test_every_limit_lands(change: dict[str, object], words: str) -> None:
         (Limits(high=(2.0, 2.0, 5.0), landing=20.0), r"blind above 4\.2 s for a fence 5\.2 m high, found 3"),
         (Limits(blind=math.nan), "blind above"),
         (Limits(late=0.5), r"late below 0\.5 s.*, found 0\.5"),
+        (Limits(pose_age=200.0), r"pose_age below 0\.5 s.*, found 200"),
+        (Limits(attitude_age=math.nan), r"attitude_age below 0\.5 s.*, found nan"),
+        (Limits(touchdown=4.0), r"touchdown above 0 and up to 0\.15 m, found 0\.3 and 4"),
+        (Limits(descent=30.0), r"descent up to 1 m/s.*, found 30"),
     ],
 )
-def test_limits_by_which_a_landing_ends_in_the_air_are_refused(limits: Limits, words: str) -> None:
+def test_limits_by_which_no_flight_ends_well_are_refused(limits: Limits, words: str) -> None:
     with pytest.raises(ShapeError, match=words):
         FlightPilot(CRAZYFLIE, limits)
 

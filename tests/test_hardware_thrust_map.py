@@ -66,3 +66,13 @@ def test_a_gain_of_the_diagnosis_corrects_it() -> None:
     assert given_thrust == pytest.approx(0.3, abs=1.0 / MAP.per_newton)
     with pytest.raises(ShapeError, match="gain"):
         MAP.corrected(0.0)
+
+
+def test_a_slip_of_the_decimal_point_is_refused() -> None:
+    """A gain of 0.079, or the mass of a tenth, asked the motors for all that they have."""
+    for gain in (0.079, 7.9, 79.0):
+        with pytest.raises(ShapeError, match=r"gain .*: expected at most 2 times more or less counts per N"):
+            MAP.corrected(gain)
+    for mass, counts in ((0.00325, 42345.0), (0.0325, 4234.5), (32.5, 42345.0)):
+        with pytest.raises(ShapeError, match=r"from hover: expected at most 2 times.*in kg and counts"):
+            MAP.calibrated(mass, counts)

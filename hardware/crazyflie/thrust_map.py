@@ -16,6 +16,7 @@ from sym2real.registry import Registry
 from sym2real.robots.robot import GRAVITY
 
 FULL_SCALE = 65535
+MOST_CHANGE = 2.0  # times: all releases and motors lie within 1.8; a slip of the decimal point would fly at full thrust
 
 
 @dataclass(frozen=True)
@@ -77,21 +78,29 @@ class ThrustMap:
         """The map by which this mass in kg weighs what it was seen to hover at, as a mean count.
 
         Raises:
-            ShapeError: for a mass or a count that nothing hovers at.
+            ShapeError: for a mass or a count that nothing hovers at, or that is far from this map.
         """
         if not (0.0 < mass < math.inf and 0.0 < hover_counts <= self.most):
             raise ShapeError(f"expected a mass and counts up to {self.most} > 0, found {mass!r} kg at {hover_counts!r}")
-        return replace(self, name=f"{self.name}, from hover", per_newton=hover_counts / (mass * GRAVITY))
+        return self._changed("from hover", hover_counts / (mass * GRAVITY) / self.per_newton)
 
     def corrected(self, gain: float) -> ThrustMap:
         """The map after ``gain:thrust`` of a diagnosis: the robot gives so many times the thrust that was asked.
 
         Raises:
-            ShapeError: for a gain that is not positive.
+            ShapeError: for a gain that is not positive, or far from 1.
         """
         if not 0.0 < gain < math.inf:
             raise ShapeError(f"expected a gain of thrust > 0, found {gain!r}")
-        return replace(self, name=f"{self.name}, gain {gain:.4g}", per_newton=self.per_newton / gain)
+        return self._changed(f"gain {gain:.4g}", 1.0 / gain)
+
+    def _changed(self, how: str, times: float) -> ThrustMap:
+        if not 1.0 / MOST_CHANGE <= times <= MOST_CHANGE:
+            raise ShapeError(
+                f"thrust map {self.name!r}, {how}: expected at most {MOST_CHANGE:g} times more or less counts per N, "
+                f"found {times:.3g} times: is it the right map, in kg and counts?"
+            )
+        return replace(self, name=f"{self.name}, {how}", per_newton=times * self.per_newton)
 
 
 # Counts per N by what the firmware does with them; the releases from 2025.09 on know the upgraded motors.

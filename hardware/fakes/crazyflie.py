@@ -1,7 +1,4 @@
-"""A Crazyflie on UDP, with motion capture that sees it; cflib talks to it as to a real one.
-
-python -m hardware.fakes.crazyflie --port 19850 --effects added_mass value=0.005 gain:thrust value=0.79
-"""
+"""A Crazyflie on UDP, with motion capture that sees it; cflib talks to it as to a real one."""
 
 import math
 import queue

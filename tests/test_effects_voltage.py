@@ -10,7 +10,9 @@ import pytest
 import torch
 from rich.console import Console
 
+from sym2real.dataset import Dataset
 from sym2real.effects import compose, effect
+from sym2real.effects.inputs import with_common_clock
 from sym2real.effects.voltage import settled, voltage_at_start, with_voltage
 from sym2real.report.effects import effect_page
 from sym2real.robots import CRAZYFLIE
@@ -67,6 +69,13 @@ def test_the_reference_is_where_logs_begin() -> None:
     lower = flight(falling - 0.2)
     assert voltage_at_start([flight(falling), lower, lower]) == pytest.approx(3.79, abs=0.001)
     assert voltage_at_start([flight(falling), replace(lower, extra={})]) is None
+
+
+def test_a_gap_in_a_recording_moves_no_reference() -> None:
+    """A flight of which rows are lost goes on with an emptier battery: that is not where its thrust map holds."""
+    whole = [flight(falling), flight(falling - 0.02)]
+    parts = [log.rows(*rows) for log in whole for rows in ((0, 300), (310, 700), (710, ROWS))]
+    assert voltage_at_start(with_common_clock(Dataset(parts))) == voltage_at_start(whole)
 
 
 def test_the_page_of_an_effect_says_its_unit_with_the_voltage_and_without() -> None:

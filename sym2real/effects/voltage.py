@@ -7,6 +7,7 @@ import numpy as np
 
 from sym2real.layout import Layout
 from sym2real.symbolic import Equations
+from sym2real.symbolic.source import TIME
 from sym2real.trajectory import Array, Trajectory
 
 VOLTAGE, REFERENCE = "vbat", "full_battery"
@@ -39,10 +40,13 @@ def settled(log: Trajectory) -> Array:
 
 
 def voltage_at_start(logs: Iterable[Trajectory]) -> float | None:
-    """Voltage in the first two seconds, median over logs, V; None where a log does not hold it."""
-    voltages = []
-    for log in logs:
-        if VOLTAGE not in log.layouts.inputs and VOLTAGE not in log.extra:
-            return None
-        voltages.append(float(log.column(VOLTAGE)[log.time <= log.time[0] + CALIBRATION_SECONDS].mean()))
-    return float(np.median(voltages)) if voltages else None
+    """Voltage in the first two seconds, median over recordings, V; None where a log does not hold it.
+
+    A part of a recording that goes on where another one ends (its clock ``t`` does not begin at zero) has no start.
+    """
+    logs = list(logs)
+    if not all(VOLTAGE in log.layouts.inputs or VOLTAGE in log.extra for log in logs):
+        return None
+    begun = [log for log in logs if TIME not in log.extra or log.extra[TIME][0] == 0.0] or logs
+    starts = [log.column(VOLTAGE)[log.time <= log.time[0] + CALIBRATION_SECONDS].mean() for log in begun]
+    return float(np.median(starts)) if starts else None

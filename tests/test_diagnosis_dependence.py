@@ -97,6 +97,26 @@ def test_a_force_along_the_rates_cross_product_with_the_velocity_is_seen_and_no_
 
 
 @pytest.mark.slow
+def test_a_force_whose_mean_is_most_of_it_is_said_with_its_mean_first_and_is_no_mass() -> None:
+    """A tether pulls down and makes no thrust sideways smaller, as a mass would; how its pull changes is the rest."""
+    robot, pulls = ROBOTS["crazyflie"], list[float]()
+
+    def tether(_: object, data: MjData) -> None:
+        pulls.append(0.03 + 0.02 * data.qvel[0])
+        data.xfrc_applied[1, 2] -= pulls[-1]
+
+    def plant(rng: np.random.Generator) -> MujocoPlant:
+        return MujocoPlant(unlimited(robot), (sensors(robot, rng), Change("", force=tether)))
+
+    found = diagnose(robot.nominal(), Dataset(standard_run(robot, plant, 3, index, yaw=True) for index in range(8)))
+    assert found.verdict == "UNEXPLAINED"
+    first, *others = (left for left in found.leftovers if left.channel == "fz")
+    assert first.explained_by == "constant"
+    assert first.size == pytest.approx(-np.mean(pulls), rel=0.1)
+    assert [left.explained_by for left in others] == ["velocity x"]
+
+
+@pytest.mark.slow
 def test_a_term_takes_the_force_away_that_was_put_in() -> None:
     """A wind of 20 mN is a constant force of 20 mN, which takes away what its quadratic model says."""
     selection, spread = without_a_library("crazyflie", "wind", 0.02)

@@ -12,7 +12,6 @@ Workers", 1925, chapter 7).
 
 from __future__ import annotations
 
-from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -79,20 +78,17 @@ class Constants:
         return TermFit(place, CONSTANT, 0, self.gradient[:, own], self.coupling[:, own][:, :, own])
 
 
-def find_constants(
-    selection: Selection, here: Whitened, own: Calibration | None = None, exclude: Collection[str] = ()
-) -> tuple[Leftover, ...]:
+def find_constants(selection: Selection, here: Whitened, own: Calibration | None = None) -> tuple[Leftover, ...]:
     """Constants that are beyond chance and matter: the one that lowers held-out errors most, then others beside it.
 
     Args:
         selection: what was found.
         here: the logs at its values.
         own: the base against the plain simulator: a channel in which it is off as much there shows its own fault.
-        exclude: channels that something else explains.
     """
     problems, constants = selection.problems, Constants.of(here)
     of_base = torch.zeros(1) if own is None else Constants.of(own).sizes
-    waiting = {place for place, name in enumerate(constants.names) if name not in exclude}
+    waiting = {*range(len(constants.names))}
     least = (SETTINGS.gain_few if selection.chosen else SETTINGS.gain) * selection.present.loss
     # Every log has a trim of its own, where there are logs enough.
     clusters = problems.blocks if problems.log_count < SETTINGS.fewest_logs else problems.logs
@@ -113,13 +109,11 @@ def find_constants(
         constants = constants.beside(place)
 
 
-def find_differing(
-    selection: Selection, here: Whitened, own: Calibration | None = None, exclude: Collection[str] = ()
-) -> tuple[Leftover, ...]:
+def find_differing(selection: Selection, here: Whitened, own: Calibration | None = None) -> tuple[Leftover, ...]:
     """Disturbances nearly all of whose squares are between logs, and that matter; the one that moves most first.
 
     Args:
-        selection, here, own, exclude: as of :func:`find_constants`.
+        selection, here, own: as of :func:`find_constants`.
     """
     problems, leftovers = selection.problems, list[Leftover]()
     if problems.log_count < SETTINGS.fewest_logs:
@@ -133,7 +127,7 @@ def find_differing(
     for place, name in enumerate(spread.names):
         apart, unit = sizes[:, place] - sizes[:, place].mean(), constants.units[place]
         sure = chances[place] < SETTINGS.false_alarms_of_each(len(spread.names)) and shares[place] > SETTINGS.nearly
-        if sure and of_base[place] <= SETTINGS.mostly * apart.std() and name not in exclude:
+        if sure and of_base[place] <= SETTINGS.mostly * apart.std():
             motion = part_of_disturbance(segments, spread, name, np.repeat(apart[place_of], PIECES))
             ends = [(sizes[at, place], data[int(logs[at])].name) for at in (apart.argmin(), apart.argmax())]
             words = " and ".join(f"{with_unit(size, unit)} in {log}" for size, log in ends)

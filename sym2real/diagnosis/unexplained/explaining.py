@@ -47,19 +47,21 @@ def _leftovers(scored: Scored, here: Whitened, rest: Rest) -> tuple[Leftover, ..
     own, problems = prepared.calibration, selection.problems
     astray = beyond_floor(scored.stages, scored.floor)
     leftovers = find_leftovers(rest, own)
-    channels = [leftover.channel for leftover in leftovers]
-    if astray and scored.stages and scored.floor:
-        leftovers = (*find_differing(selection, here, own, exclude=channels), *leftovers)
-    if problems.block_count >= SETTINGS.fewest_pieces:
-        leftovers += find_constants(selection, here, own, exclude=channels)
-        leftovers = leftovers or find_dependence(selection, prepared.spread, own)
+    # What a disturbance depends on is said of how it changes within logs: what it is in them may be more.
+    changing = {leftover.channel: leftover.motion or 0.0 for leftover in leftovers}
+    constants = find_differing(selection, here, own) if astray and scored.stages and scored.floor else ()
+    testable = problems.block_count >= SETTINGS.fewest_pieces
+    constants += find_constants(selection, here, own) if testable else ()
+    leftovers += tuple(entry for entry in constants if (entry.motion or 0.0) >= changing.get(entry.channel, 0.0))
+    if testable and not leftovers:
+        leftovers = find_dependence(selection, prepared.spread, own)
     if not any(leftover.matters for leftover in leftovers) and astray:
         motion = part_of_changes(problems.problem.segments, here.residuals)
         leftovers += find_misfit(problems.whitening.misfit(here.residuals), motion)
         # Where a simulator has shown the base's own errors, these may be as large.
         if own is None and not any(leftover.matters for leftover in leftovers):
             leftovers += find_far(scored.stages, scored.floor, motion)
-    return tuple(sorted(leftovers, key=lambda leftover: not leftover.matters))
+    return tuple(sorted(leftovers, key=lambda leftover: (not leftover.matters, -(leftover.motion or 0.0))))
 
 
 def beyond_floor(stages: Sequence[Rung], floor: Sequence[Floor]) -> bool:

@@ -341,6 +341,8 @@ def test_beside_a_fault_what_predictions_do_not_bear_out_is_not_missing() -> Non
         "The data show sensor_sign:wy; beside it wind () is beyond chance, but no held-out error surely falls by 10 %: "
         "that of position after 0.8 s falls by 5 %."
     )
+    alone = summary("EFFECT", Parts((fault,), (), (), gate))
+    assert alone == "The data show sensor_sign:wy; beside that nothing is missing beyond noise and small disturbances."
 
 
 def test_what_changes_no_prediction_stands_behind_what_does() -> None:

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import torch
 from broken_logs import times
 from noisy_flights import flights
 from paper_robots import PAPER_ROBOTS
@@ -33,6 +34,7 @@ from sym2real.logs.differences import rates_on_time
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.robots import CRAZYFLIE, ROBOTS, car
 from sym2real.robots.mushr import WHEELBASE
+from sym2real.symbolic import compile_model, rollout
 from sym2real.trajectory import Array, Trajectory
 from sym2real.vocabulary import ATTITUDE
 
@@ -416,3 +418,22 @@ def test_of_commands_those_alone_are_late_that_are() -> None:
     (breach,) = mistakes(ROBOTS["mushr"].nominal(), written_late)
     assert isinstance(breach.transformation, Late)
     assert (breach.transformation.columns, breach.transformation.rows) == (("steer",), 2)
+
+
+def test_a_gyro_that_is_read_when_the_next_command_is_out_makes_no_command_late() -> None:
+    """It alone says so: the heading turns with the commands as they stand."""
+    model, rng = car(WHEELBASE), np.random.default_rng(5)
+    steering = lfilter([0.1], [1.0, -0.9], rng.standard_normal((4, 400))) * 0.3
+    logs, noise = [], [*[1e-3] * 4, 0.02, 0.02, 0.01]
+    for steer in np.clip(steering, -0.3, 0.3):
+        action = np.column_stack([steer, np.full(400, 1.0)])
+        start = np.array([0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0])
+        state = rollout(compile_model(model, dtype=torch.float64), torch.as_tensor(start), torch.as_tensor(action))
+        state = np.vstack([start, state.numpy()[:-1]]) + rng.normal(0.0, noise, (400, 7))
+        logs.append(Trajectory(np.arange(400) * model.dt, state, action, np.zeros((400, 3)), model.layouts))
+    plain = Dataset(logs)
+    assert mistakes(model, plain) == []
+    (breach,) = mistakes(model, of_all(Late("commands", ("steer",), -1, model.dt), plain))
+    assert breach.transformation.rows == 1
+    early = Dataset(Late("rate", ("wz",), 1, model.dt).undone(log) for log in plain)
+    assert mistakes(model, early) == []

@@ -269,3 +269,5 @@ def test_a_column_that_nobody_knows(tmp_path: Path) -> None:
 def test_a_column_that_the_log_has_not(tmp_path: Path) -> None:
     with pytest.raises(DataError, match=r"log\.csv: expected a column 'pos.x' for 'x'.*did you mean 'pos_x'"):
         read(tmp_path, {**STAMPS, "pos_x": [1, 2]}, '[columns]\nx = "pos.x"')
+    with pytest.raises(DataError, match=r"expected a column 'gyro_p' for 'wx'.*did you mean 'gyro_p_dps'"):
+        read(tmp_path, {**STAMPS, "gyro_r_dps": [1, 2], "gyro_p_dps": [1, 2]}, '[columns]\nwx = "gyro_p"')

@@ -132,7 +132,8 @@ class Effect:
             return f"{self.key} needs {', '.join(missing)}, {NO_COLUMN}"
         missing = [name for name in self._bound(self.of.numbers) if name not in body.numbers]
         if missing:
-            return f"{self.key} needs the robot's {', '.join(missing)}, which is not among the numbers here"
+            numbers = f"{self.key} needs the robot's {', '.join(missing)}, which is not among the numbers here"
+            return f"{numbers} (`sym2real nominal` and `learn --numbers` take it)"
         if not fits:
             return f"{self.kind} is an effect of a body that moves in space or in a plane"
         if any(name in body.names for name in self.of.hidden):

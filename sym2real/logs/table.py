@@ -83,7 +83,8 @@ class Table:
 
     def without(self, name: str, purpose: str, otherwise: str = "") -> DataError:
         """An error for a column that is not there: those that are, the nearest, and what else may be done."""
-        near = difflib.get_close_matches(name, self.columns, n=1, cutoff=0.5)
+        holding = [column for column in self.columns if name in column]  # gyro_p_dps, not gyro_r_dps, for gyro_p
+        near = holding[:1] or difflib.get_close_matches(name, self.columns, n=1, cutoff=0.5)
         hints = [f"only {listed(self.columns)}", *(f"did you mean {near_name!r}?" for near_name in near), otherwise]
         return DataError(self.path, f"a column {name!r} {purpose}", "; ".join(filter(None, hints)))
 

@@ -38,6 +38,7 @@ def summary(answer: Verdict, parts: Parts, interrupted: str = "") -> str:
         unclear = _beside([finding for finding in findings if finding.doubtful], gate)
         established = [*_missing(announced, parts.ladder), *rest, *doubt, *_small(small), *unclear]
         clauses += established if gate.passed else [*_beside(findings, gate), *rest]
+        clauses += [] if findings or left else [f"beside that {_nothing(parts)}"]
     elif answer == "UNEXPLAINED":
         clauses.append(f"something is missing that none of the tested effects explains: {' and '.join(left)}")
         clauses += [*_beside(findings, gate, leftovers), *minor]

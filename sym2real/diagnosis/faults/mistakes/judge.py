@@ -80,7 +80,9 @@ def _late_commands(balances: Balances, data: Dataset) -> Breach | None:
     old, new = (balances(logs).losses.mean(0) for logs in (data, of_all(late, data)))
     most = int(np.argmax(old - new))
     shown = _evidence(balances(data).names[most], old[most], new[most])
-    return Breach(late, shown) if new[most] < SETTINGS.mostly else None
+    # A gyro that is read when the next command is out says that commands are late, and the heading that they are not.
+    contradicted = (new > SETTINGS.far * np.maximum(old, ROUNDING)).any()
+    return Breach(late, shown) if new[most] < SETTINGS.mostly and not contradicted else None
 
 
 def _those_late(model: Equations, data: Dataset, late: Late, likelihood: float) -> Late:

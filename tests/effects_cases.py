@@ -70,6 +70,7 @@ CASES: list[Case] = [
     (Q, "mounting_tilt", {"roll": 0.035, "pitch": -0.02}, 0.999, 0.01),
     (Q, "mounting_yaw", {"value": 0.1}, 0.999, 0.01),
     (Q, "yaw_bias", {"value": 0.1}, 0.999, 0.01),
+    (Q, "lever_arm", {"rx": 0.03, "ry": -0.02, "rz": 0.01}, 0.999, 0.01),
     (Q, "sensor_sign:wy", {"value": -1.0}, 0.999, 0.01),
     (Q, "sensor_bias:wz", {"value": 0.1}, 0.999, 0.01),
     (Q, "sensor_scale:x", {"value": 1.1}, 0.999, 0.01),

@@ -25,10 +25,10 @@ QUADROTOR = {
 }
 CAR = {
     *("tyre_friction", "lateral_slip", "rolling_resistance", "slope", "wheelbase", "yaw_drag"),
-    *("lever_arm", "tyre_slip", "understeer", "relaxation_length", "yaw_inertia", "steering_curve", "speed_curve"),
+    *("tyre_slip", "understeer", "relaxation_length", "yaw_inertia", "steering_curve", "speed_curve"),
     "speed_loop",
 }
-BOTH = {"wind", "linear_drag", "quadratic_drag", "periodic_force", "yaw_bias"}
+BOTH = {"wind", "linear_drag", "quadratic_drag", "periodic_force", "yaw_bias", "lever_arm"}
 MOTORS_ONLY, ATTITUDE_ONLY = {"torque_scale"}, {"attitude_loop", "attitude_trim", "attitude_gain"}
 WHEELS_ONLY = {"turning_friction", "wheel_radius", "track_width", "carried_mass"}
 JOINTS = {"joint_damping", "joint_friction", "joint_stiffness", "armature", "link_mass", "gravity_tilt", "load"}

@@ -27,6 +27,7 @@ CASES = [
     (CRAZYFLIE, "sensor_sign:wy", {"value": -1.0}),
     (CRAZYFLIE, "sensor_scale:vx", {"value": 3.0}),
     (CRAZYFLIE, "sensor_bias:z", {"value": 0.3}),
+    (CRAZYFLIE, "lever_arm", {"rx": 0.05, "ry": -0.03, "rz": 0.04}),
     (MUSHR, "yaw_bias", {"value": 0.4}),
     (MUSHR, "lever_arm", {"rx": 0.1, "ry": -0.05}),
 ]

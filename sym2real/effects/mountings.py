@@ -13,13 +13,13 @@ a force on the robot seems to act elsewhere.
 ``mounting_yaw``. The measured attitude's axes are turned about the body's z against those of gyro and commands:
 q_measured = q ⊗ R_z(b), as of markers that were not put on straight.
 
-``lever_arm``. The measured point is not the rear axle's middle: p_measured = p + R(ψ) r, and its velocity with it.
+``lever_arm``. The measured point is not the centre of mass, or the middle of a car's rear axle: p_measured = p + R r,
+v_measured = v + R (ω × r).
 """
 
 import math
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
-from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -27,7 +27,7 @@ from sympy import Expr, Integer, cos, sin
 
 from sym2real.effects import truth
 from sym2real.effects.body import Body
-from sym2real.effects.frames import HEADING, QUATERNION
+from sym2real.effects.frames import HEADING, QUATERNION, to_world, velocity
 from sym2real.effects.kind import Inject, Kind, Numbers, Parameter, Values, of_any_body, several
 from sym2real.effects.manoeuvres import single_circle
 from sym2real.effects.searching import Searching, Shown
@@ -36,13 +36,15 @@ from sym2real.protocols import Change
 from sym2real.rotation import product
 from sym2real.symbolic import Equations, symbol
 from sym2real.trajectory import Array, Trajectory
-from sym2real.vocabulary import ATTITUDE_COMMAND, RATE, RATE_COMMAND
+from sym2real.vocabulary import ATTITUDE_COMMAND, POSITION, RATE, RATE_COMMAND, VELOCITY
 
 RATES, COMMANDS = RATE.columns, RATE_COMMAND.columns
 # Boards are screwed down flat and markers aligned by eye: beyond 6° somebody would have seen it, and what looks like
 # more is a force.
 MOST = 0.1
 ATTITUDE_COMMANDS = ATTITUDE_COMMAND.columns
+ARM = ("rx", "ry", "rz")
+MOST_ASIDE = 0.3  # m: markers stand on the robot
 Turn = Callable[[Sequence[Expr], int], tuple[Expr, ...]]  # a quaternion, and 1 or -1 for the way back
 
 
@@ -208,31 +210,37 @@ YAW_BIAS = _of_an_angle(
 
 
 def _parameters(body: Body) -> tuple[Parameter, ...]:
-    """What is measured is a point of the robot: a wheelbase ahead or behind, half of one aside."""
+    """What is measured is a point of the robot: of a car a wheelbase ahead or behind, half of one aside."""
+    if not body.planar:
+        return several(("rx", "ry", "rz"), "m", null=0.0, low=-MOST_ASIDE, high=MOST_ASIDE, scale=0.03)
     longest = body.numbers.get("wheelbase", 1.0)
     bounds = {"rx": longest, "ry": longest / 2}
     return tuple(Parameter(name, "m", null=0.0, low=-most, high=most, scale=0.05) for name, most in bounds.items())
 
 
-def _arm(sine: Any, cosine: Any, values: Any) -> tuple[Any, Any]:
-    return cosine * values["rx"] - sine * values["ry"], sine * values["rx"] + cosine * values["ry"]
-
-
 def _lever_arm_substitute(equations: Equations, values: Values, body: Body) -> Equations:
-    along, across = _arm(symbol("sin_yaw"), symbol("cos_yaw"), values)
-    moved = {"x": along, "y": across}
-    if "wz" in body.layouts.state:
-        moved |= {"vx": -symbol("wz") * across, "vy": symbol("wz") * along}
-    return reporting(equations, {name: reported(equations, name) + step for name, step in moved.items()})
+    state, size = body.layouts.state, len(velocity(body))
+    arm = [values.get(name, Integer(0)) for name in ARM]
+    rates = [symbol(name) if name in state else Integer(0) for name in RATES]
+    turning = [rates[i - 2] * arm[i - 1] - rates[i - 1] * arm[i - 2] for i in range(3)]
+    steps = (*to_world(body, arm[:size]), *to_world(body, turning[:size]))
+    moved = zip((*POSITION.columns[:size], *VELOCITY.columns[:size]), steps, strict=True)
+    return reporting(equations, {name: reported(equations, name) + step for name, step in moved if name in state})
 
 
 def _lever_arm_report(state: Array, body: Body, values: Numbers) -> Array:
     """State of that point of the body: position (m) by the turned arm, velocity (m/s) by the rate across it."""
-    layout, arm = body.layouts.state, [values["rx"], values["ry"], 0.0]
-    yaw = float(np.arctan2(state[layout.index("sin_yaw")], state[layout.index("cos_yaw")]))
-    turned = np.array([[np.cos(yaw), -np.sin(yaw), 0], [np.sin(yaw), np.cos(yaw), 0], [0, 0, 1]]) @ arm
-    state[layout.indices(("x", "y"))] += turned[:2]
-    state[layout.indices(("vx", "vy"))] += np.cross([0.0, 0.0, state[layout.index("wz")]], turned)[:2]
+    layout, size = body.layouts.state, len(velocity(body))
+    arm, rates = np.array([values.get(name, 0.0) for name in ARM]), np.zeros(3)
+    if body.planar:
+        turn, rates[2] = (
+            Rotation.from_euler("Z", np.arctan2(*state[layout.indices(HEADING)])),
+            state[layout.index("wz")],
+        )
+    else:
+        turn, rates = Rotation.from_quat(np.roll(state[layout.indices(QUATERNION)], -1)), state[layout.indices(RATES)]
+    state[layout.indices(POSITION.columns[:size])] += turn.apply(arm)[:size]
+    state[layout.indices(VELOCITY.columns[:size])] += turn.apply(np.cross(rates, arm))[:size]
     return state
 
 
@@ -245,14 +253,13 @@ LEVER_ARM = Kind(
     name="lever_arm",
     stage="measurement",
     parameters=_parameters,
-    formula=r"p_m = p + R(\psi)\,r",
-    summary="The motion capture measures a point away from the rear axle's middle, r ahead and left of it.",
+    formula=r"p_m = p + R\,r, \quad v_m = v + R\,(\omega \times r)",
+    summary="What is measured is a point away from the centre of mass, or from the middle of a car's rear axle.",
     confused_with="a yaw bias on one circle",
-    shown_by="straight driving beside turns both ways",
+    shown_by="straight driving beside turns both ways; flights that turn",
     fix="move the rigid body's origin in the motion capture by minus this arm",
     inject=truth.measuring(_lever_arm_report),
     substitute=_lever_arm_substitute,
-    needs=("x", "y", "sin_yaw", "cos_yaw"),
-    robot="car",
-    searching=Searching(fixed=_fixed, shown_in=lambda _: (Shown.BOTH_WAYS,)),
+    needs=("x", "y", "{heading}"),
+    searching=Searching(fixed=_fixed, shown_in=lambda body: (Shown.BOTH_WAYS if body.planar else Shown.YAW,)),
 )

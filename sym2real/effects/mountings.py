@@ -225,7 +225,7 @@ def _lever_arm_substitute(equations: Equations, values: Values, body: Body) -> E
     turning = [rates[i - 2] * arm[i - 1] - rates[i - 1] * arm[i - 2] for i in range(3)]
     steps = (*to_world(body, arm[:size]), *to_world(body, turning[:size]))
     moved = zip((*POSITION.columns[:size], *VELOCITY.columns[:size]), steps, strict=True)
-    return reporting(equations, {name: reported(equations, name) + step for name, step in moved if name in state})
+    return reporting(equations, {name: reported(equations, name) + step for name, step in moved})
 
 
 def _lever_arm_report(state: Array, body: Body, values: Numbers) -> Array:
@@ -260,6 +260,6 @@ LEVER_ARM = Kind(
     fix="move the rigid body's origin in the motion capture by minus this arm",
     inject=truth.measuring(_lever_arm_report),
     substitute=_lever_arm_substitute,
-    needs=("x", "y", "{heading}"),
+    needs=("x", "y", "{heading}", "wz"),
     searching=Searching(fixed=_fixed, shown_in=lambda body: (Shown.BOTH_WAYS if body.planar else Shown.YAW,)),
 )

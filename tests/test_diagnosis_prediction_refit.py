@@ -9,19 +9,22 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import torch
 from noisy_flights import LEFT_OUT, flights
 from rich.console import Console
+from torch import Tensor
 
 from sym2real.cli.results import write_diagnosis
 from sym2real.dataset import Dataset, Logs
 from sym2real.diagnosis import Diagnosis, add, compare, diagnose
 from sym2real.diagnosis.answer import conclude
+from sym2real.diagnosis.data.segments import Segments, comparing
 from sym2real.diagnosis.data.windows import channel_errors, predict_windows
-from sym2real.diagnosis.errors.rungs import Rung, RungError
+from sym2real.diagnosis.errors.rungs import Rung, RungError, windows_of
 from sym2real.diagnosis.pipeline import prepare
 from sym2real.diagnosis.question import Question
-from sym2real.diagnosis.score.finding import score
-from sym2real.diagnosis.score.prediction_refit import PredictionRefit, refit_for_prediction
+from sym2real.diagnosis.score.finding import Scored, score
+from sym2real.diagnosis.score.prediction_refit import PredictionRefit, Scale, refit_for_prediction
 from sym2real.diagnosis.search.beam import search
 from sym2real.effects import applicable
 from sym2real.effects.along_logs import prepared
@@ -42,11 +45,16 @@ def drives(seed: int, count: int) -> Dataset:
     return noisy_runs(MUSHR, TASKS, [SLOW_MOTOR], count=count, rows=300, seed=seed)
 
 
-def in_place_of_others(effect: str, logs: Logs) -> Diagnosis:
+def scored_alone(effect: str, logs: Logs, horizon: float | None = None) -> Scored:
     """What an effect alone makes of logs whose effect has another form, were nothing left beside it."""
     others = [known.key for known in applicable(MUSHR.nominal()) if known.key != effect]
-    question, stages = Question(MUSHR.nominal(), logs, exclude=others), Stages(lambda _: None)
-    scored = score(search(prepare(question, stages), stages))
+    question, stages = Question(MUSHR.nominal(), logs, exclude=others, horizon=horizon), Stages(lambda _: None)
+    return score(search(prepare(question, stages), stages))
+
+
+def in_place_of_others(effect: str, logs: Logs) -> Diagnosis:
+    """The same with the values that predict best."""
+    scored = scored_alone(effect, logs)
     return replace(conclude(scored, (), None), prediction=refit_for_prediction(scored))
 
 
@@ -151,6 +159,83 @@ def test_a_fall_counts_where_blocks_agree_and_are_more_than_one(spread: float, k
         return Rung("", {HORIZON: {"position": RungError(size, size, float(low), float(high), "m", resampled)}})
 
     assert PredictionRefit(HORIZON, (), stage(1.0, np.zeros(200)), stage(0.9, drawn)).kept is kept
+
+
+@pytest.mark.parametrize(("count", "rows"), [(3, 150), (1, 400)], ids=["three drives", "one drive"])
+def test_few_short_drives_show_which_value_predicts_best(count: int, rows: int) -> None:
+    logs = noisy_runs(MUSHR, TASKS, [SLOW_MOTOR], count=count, rows=rows, seed=3)
+    answer = in_place_of_others(DELAY, logs)
+    assert answer.prediction is not None
+    assert answer.predicts_better
+    physical = answer.findings[0].values["value"]
+    assert refitted(answer) > 1.3 * physical
+    losses = [missed(add(MUSHR.nominal(), DELAY, {"value": value}), logs) for value in (physical, refitted(answer))]
+    factor, low, high = answer.prediction.change
+    assert low < factor < high < 0.9
+    assert factor == pytest.approx(losses[1] / losses[0], abs=0.15)
+
+
+def test_a_value_of_the_right_form_stays_and_one_in_doubt_is_not_asked_for() -> None:
+    key, value = SLOW_MOTOR[0], SLOW_MOTOR[1]["value"]
+    logs = noisy_runs(MUSHR, TASKS, [SLOW_MOTOR], count=3, rows=150, seed=3)
+    scored = scored_alone(key, logs, horizon=0.4)
+    refit = refit_for_prediction(scored)
+    assert refit is not None
+    assert refit.horizon == pytest.approx(0.4)
+    assert not refit.kept
+    assert refit.values[0]["value"] == pytest.approx(value, rel=0.15)  # windows are hardly longer than it
+    in_doubt = tuple(replace(finding, doubtful=True) for finding in scored.findings)
+    assert refit_for_prediction(replace(scored, findings=in_doubt)) is None
+
+
+@pytest.fixture(scope="module")
+def windows() -> Segments:
+    """Drives of three logs in windows of which place and heading are compared; the last log hardly moves."""
+    logs = [noisy_runs(MUSHR, TASKS, [], count=1, rows=90, seed=seed)[0] for seed in range(3)]
+    still = replace(logs[2], state=logs[2].state[:1] + 0.001 * (logs[2].state - logs[2].state[:1]))
+    found = windows_of(Dataset([*logs[:2], still]), 20)
+    assert found is not None
+    return comparing(found, ["position", "heading"])
+
+
+def test_every_log_weighs_one_where_nothing_is_predicted_to_change(windows: Segments) -> None:
+    """But one that hardly moves, of which noise would decide."""
+    held = Scale.of(windows).mean(unchanged(windows))
+    moving = windows.of(torch.as_tensor(windows.log < 2))
+    assert Scale.of(moving).mean(unchanged(moving)) == pytest.approx(2.0)
+    assert 2.0 < held < 2.2
+
+
+def unchanged(windows: Segments) -> Tensor:
+    """Residuals when nothing changes: the first row less every row ``# (S, R)``."""
+    measured, places = windows.measured, windows.layout.indices(["x", "y"])
+    turned = torch.atan2(measured[..., windows.layout.index("sin_yaw")], measured[..., windows.layout.index("cos_yaw")])
+    angle = turned[:, :1] - turned
+    moved = torch.cat(
+        [measured[:, :1, places] - measured[..., places], (torch.pi + angle)[..., None] % (2 * torch.pi)], -1
+    )
+    moved[..., 2] -= torch.pi
+    return moved.flatten(1)
+
+
+def test_least_squares_go_down_where_the_mean_of_norms_does(windows: Segments) -> None:
+    """Reweighted least squares: at what is missed both have one value and, but for two, one slope."""
+    scale, rng = Scale.of(windows), torch.Generator().manual_seed(0)
+    missed = torch.randn(unchanged(windows).shape, generator=rng, dtype=torch.float64)
+    weights = scale.whitening(missed)
+    assert float(weights.loss(missed[None]).sum()) == pytest.approx(scale.mean(missed))
+    way = torch.randn(missed.shape, generator=rng, dtype=torch.float64)
+    ahead, back = (scale.mean(missed + step * way) for step in (1e-5, -1e-5))
+    slope = weights.products(torch.stack([missed, way], dim=-1))[:, 0, 1].sum()
+    assert (ahead - back) / 2e-5 == pytest.approx(float(slope), rel=1e-4)
+
+
+def test_what_is_missed_by_nothing_does_not_decide_least_squares(windows: Segments) -> None:
+    scale, missed = Scale.of(windows), unchanged(windows).clone()
+    missed[0] = 0.0
+    trust = scale.whitening(missed).trust * scale.window
+    others = (missed[1:].square().reshape(len(missed) - 1, -1, 3) @ scale.row).sum(1).sqrt()
+    assert float(trust[0]) == pytest.approx(10.0 * len(missed) / float(others.sum()))  # a tenth of the mean norm
 
 
 @pytest.mark.slow

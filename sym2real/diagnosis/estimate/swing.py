@@ -75,7 +75,7 @@ class Swing:
 
 
 @dataclass(frozen=True, eq=False)
-class _Rows:
+class Rows:
     """Forces on pieces of segments, whitened.
 
     Args:
@@ -91,13 +91,13 @@ class _Rows:
     curvature: Tensor
     log: NDArray[np.int64]
 
-    def of_noise(self, rng: np.random.Generator) -> _Rows:
+    def of_noise(self, rng: np.random.Generator) -> Rows:
         """The same with noise alone: the covariance of a gradient is the curvature."""
         values, vectors = torch.linalg.eigh(self.curvature.flatten(3).flatten(1, 2))  # (S, D·P)
         drawn = torch.as_tensor(rng.standard_normal(values.shape)) * values.clamp_min(0.0).sqrt()
         return replace(self, gradient=(vectors @ drawn[..., None]).reshape(self.gradient.shape))
 
-    def beside_motion(self) -> _Rows:
+    def beside_motion(self) -> Rows:
         """The same without the forces that are a matrix, of all logs, times position and velocity."""
         half = torch.einsum("sdpeq,sqm->sdpem", self.curvature, self.motion)
         gradient = torch.einsum("sdp,spm->dm", self.gradient, self.motion)
@@ -105,7 +105,7 @@ class _Rows:
         matrix = -solve(curvature, gradient.flatten()).reshape(gradient.shape)
         return replace(self, gradient=self.gradient + torch.einsum("sdpem,em->sdp", half, matrix))
 
-    def with_force(self, place: int, force: Tensor) -> _Rows:
+    def with_force(self, place: int, force: Tensor) -> Rows:
         """With a force along one axis on every piece besides, N ``# (S, P)``."""
         moved = torch.einsum("sdpq,sq->sdp", self.curvature[:, :, :, place], force)
         return replace(self, gradient=self.gradient + moved)
@@ -194,7 +194,7 @@ def _forces(problems: Problems) -> list[str]:
     return [name for name in FORCES if enough and uses(problems.library.equations, name)]
 
 
-def _rows(problems: Problems, values: Tensor, names: list[str]) -> _Rows:
+def _rows(problems: Problems, values: Tensor, names: list[str]) -> Rows:
     problem, whitening = problems.problem, problems.whitening
     sizes = dict(disturbances(problem.library.equations))
     sized = [(name, sizes.get(name, 0.01)) for name in names]
@@ -207,7 +207,7 @@ def _rows(problems: Problems, values: Tensor, names: list[str]) -> _Rows:
     middle = (segments.row[:, None] + (edges[1:] + edges[:-1])[None] / 2) * dt
     shape = (len(residual), len(names), PIECES)
     gradient, curvature = products[:, 0, 1:].reshape(shape), products[:, 1:, 1:].reshape(*shape, *shape[1:])
-    return _Rows(torch.as_tensor(middle), _motion(problem, edges), gradient, curvature, segments.log)
+    return Rows(torch.as_tensor(middle), _motion(problem, edges), gradient, curvature, segments.log)
 
 
 def _motion(problem: Problem, edges: NDArray[np.int64]) -> Tensor:
@@ -233,7 +233,7 @@ def _frequencies(problem: Problem) -> tuple[Array, float]:
     return np.arange(first, last, step), step
 
 
-def _falls(rows: _Rows, omegas: Array) -> Array:
+def _falls(rows: Rows, omegas: Array) -> Array:
     """Of the whitened squares by sine and cosine beyond constant and trend, over all logs ``# (F,)``."""
     waves, falls = 2 * rows.gradient.shape[1], list[Tensor]()
     for part in np.split(omegas, range(AT_A_TIME, len(omegas), AT_A_TIME)):
@@ -243,19 +243,19 @@ def _falls(rows: _Rows, omegas: Array) -> Array:
     return torch.cat(falls).numpy()
 
 
-def _waves(rows: _Rows, omega: float) -> Tensor:
+def _waves(rows: Rows, omega: float) -> Tensor:
     """Sine's and cosine's coefficients of every log in N ``# (logs, 2, D)``."""
     gradient, curvature = rows.by_log([omega])
     waves = -solve(curvature, gradient)[0]
     return waves.reshape(len(waves), -1, rows.gradient.shape[1])[:, :2]
 
 
-def _size(rows: _Rows, omega: float) -> float:
+def _size(rows: Rows, omega: float) -> float:
     """Root mean square over logs of the swing's amplitude, N."""
     return float(_waves(rows, omega).square().sum((1, 2)).mean().sqrt())
 
 
-def _phases(rows: _Rows, omega: float, logs: int) -> tuple[float, ...]:
+def _phases(rows: Rows, omega: float, logs: int) -> tuple[float, ...]:
     """Of every log, along the direction that the logs share; zero for logs without segments."""
     waves = _waves(rows, omega)
     along = torch.linalg.eigh(torch.einsum("lkd,lke->de", waves, waves))[1][:, -1]
@@ -279,7 +279,7 @@ def _own_motion(problem: Problem, omega: float, force: float) -> bool:
     return float(omega**2 * np.sqrt(np.median(squares)) * mass) > SETTINGS.far * force
 
 
-def _chance(rows: _Rows, problems: Problems, omega: float) -> float:
+def _chance(rows: Rows, problems: Problems, omega: float) -> float:
     """Probability that quarters of logs tell each other so much by chance: signed ranks of gains of blocks."""
     gradient, curvature = (row[0] for row in rows.normal([omega]))
     waves, gains = 2 * rows.gradient.shape[1], torch.zeros(len(gradient), dtype=torch.float64)
@@ -304,7 +304,7 @@ def _changes(gradient: Tensor, curvature: Tensor, step: Tensor) -> Tensor:
     return 2 * gradient @ step + torch.einsum("a,sab,b->s", step, curvature, step)
 
 
-def _refined(rows: _Rows, omega: float, step: float) -> tuple[float, float]:
+def _refined(rows: Rows, omega: float, step: float) -> tuple[float, float]:
     """Where a parabola through the falls about a peak has its own, and the standard deviation of that."""
     below, here, above = _falls(rows, omega + step * np.array([-1.0, 0.0, 1.0])).tolist()
     curvature = 2 * here - below - above

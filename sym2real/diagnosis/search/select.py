@@ -42,7 +42,7 @@ class Selection:
     problems: Problems
     candidates: Sequence[Candidate]
     origin: Tensor
-    tested: int = 0
+    tested: int = field(init=False)
     present: EffectSet = field(init=False)
     order: list[tuple[Candidate, Fit]] | None = None
     known: dict[frozenset[str], EffectSet] = field(default_factory=dict)

@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import pytest
 import torch
 from standard_set import Case, simulate_case
+from weighed_problems import weighed_problems
 
 from sym2real.dataset import Dataset
+from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.quadratic import Hypothesis, solve
 from sym2real.diagnosis.pipeline import prepare
+from sym2real.diagnosis.predict.candidate import Candidate, candidates
+from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.question import Question
 from sym2real.diagnosis.search.beam import Beam
 from sym2real.diagnosis.search.intervals import none_within
 from sym2real.diagnosis.search.near import Near
+from sym2real.diagnosis.search.pairs import hidden_pairs
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.search.settled import refuted
 from sym2real.effects import effect
@@ -41,6 +47,43 @@ def test_an_arm_and_slipping_tyres_that_hide_each_other_are_found_together(arm: 
     by_name = dict(zip((one.name for one in selection.chosen), found, strict=True))
     assert 0.0 <= by_name.pop("quadratic_drag", 0.0) < 0.3
     assert by_name == pytest.approx({"lever_arm": arm, "tyre_slip": 0.03}, rel=0.15)
+
+
+@cache
+def arm_and_tyres() -> tuple[Problems, tuple[Candidate, ...]]:
+    """Drives whose place is ahead of the axle by as much as soft tyres slide inwards, and what competes."""
+    hidden = (("lever_arm", {"rx": 0.07, "ry": 0.0}), ("tyre_slip", {"value": 0.03}))
+    base, data = MUSHR.nominal(), simulate_case(Case("mushr", hidden, seed=5), 4, 160)
+    library = Library.of(base, [effect(key, base) for key, _ in hidden])
+    return weighed_problems(library, data), candidates(library, data)
+
+
+@pytest.mark.parametrize("beside", [0, 1])
+def test_of_two_effects_that_hide_each_other_neither_saves_anything_and_both_together_are_the_answer(
+    beside: int,
+) -> None:
+    """Under two names the arm is in two pairs that save the same, and none with itself; nor does a threshold pair."""
+    problems, (arm, slip) = arm_and_tyres()
+    twin, late = replace(arm, name="twin"), replace(slip, name="late", needs_start=True)
+    selection = Selection(problems, (arm, slip, twin, late)[: 4 * beside or 2], problems.library.null)
+    nothing = selection.present
+    assert all(alone.price > nothing.price for alone in selection.ranked(nothing, [arm, slip]))
+    pairs = hidden_pairs(selection, nothing)
+    assert {pair.names for pair in pairs} == {frozenset({name, slip.name}) for name in (arm.name, "twin")[: 1 + beside]}
+    assert all(pair.loss < 0.2 * nothing.loss for pair in pairs)
+    if not beside:
+        Beam(selection).search()
+        found = {one.name: float(selection.fit.values[one.slots[0]]) for one in selection.chosen}
+        assert found == pytest.approx({"lever_arm": 0.07, "tyre_slip": 0.03}, rel=0.1)
+        assert hidden_pairs(selection, selection.present) == []
+
+
+def test_a_pair_is_not_kept_where_its_effects_are_within_chance() -> None:
+    problems, tried = arm_and_tyres()
+    selection = Selection(problems, tried, problems.library.null)
+    selection.tested = 10**300
+    Beam(selection).search()
+    assert selection.chosen == []
 
 
 @pytest.mark.slow

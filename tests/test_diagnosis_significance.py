@@ -2,18 +2,34 @@
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
 import torch
 from noisy_flights import flights_with_all
+from scipy import stats
 from weighed_problems import weighed_problems
 
-from sym2real.diagnosis.estimate.quadratic import Hypothesis
-from sym2real.diagnosis.estimate.significance import Distance
-from sym2real.diagnosis.predict.candidate import candidates
+from sym2real.diagnosis.estimate.fit import Problems
+from sym2real.diagnosis.estimate.quadratic import Fit, Hypothesis, solve
+from sym2real.diagnosis.estimate.significance import (
+    Distance,
+    beyond_chance,
+    beyond_trim,
+    chance_of,
+    collinear,
+    half_widths,
+    inflation,
+    least_gain,
+    sizes_beyond_chance,
+    standard_error,
+)
+from sym2real.diagnosis.predict.candidate import Candidate, candidates
 from sym2real.diagnosis.predict.library import Library
+from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects import effect
 from sym2real.robots import CRAZYFLIE
 
@@ -84,3 +100,109 @@ def test_the_part_of_an_effect_that_is_there_is_as_sure_as_its_parameter(by: str
     )
     assert 0.0 < by_value < 0.1
     assert np.log(by_part) == pytest.approx(np.log(by_value), rel=0.02)
+
+
+def test_of_one_parameter_the_test_is_student_s_and_of_few_clusters_none_is_made() -> None:
+    spread = torch.tensor([[0.25]], dtype=torch.float64)
+    for count in (3, 12):
+        expected = 2 * stats.t.sf(1.4 / 0.5, count - 1)
+        assert chance_of(torch.tensor([-1.4], dtype=torch.float64), spread, count) == pytest.approx(expected)
+    two = torch.full((2,), 100.0, dtype=torch.float64)
+    assert chance_of(two, torch.eye(2, dtype=torch.float64), 3) == 1.0
+    assert chance_of(two, torch.eye(2, dtype=torch.float64), 4) < 1.0
+
+
+@pytest.mark.parametrize("correlation", [0.0, 0.6, 0.999])
+def test_what_two_parameters_share_widens_both_intervals(correlation: float) -> None:
+    curvature = torch.tensor([[4.0, 2.0 * correlation], [2.0 * correlation, 1.0]], dtype=torch.float64)
+    assert inflation(curvature).tolist() == pytest.approx([(1 - correlation**2) ** -0.5] * 2)
+    beside = Candidate("one", (0,)), Candidate("other", (1,))
+    fit = Fit((0, 1), (), torch.zeros(2), torch.zeros(1), torch.zeros(1, 2), curvature[None])
+    assert [collinear(fit, one) for one in beside] == [correlation > 0.99] * 2
+
+
+@cache
+def flown(logs: int, steps: int = 220) -> tuple[Problems, Candidate]:
+    """Healthy flights, and a mass that may be there."""
+    base, data = CRAZYFLIE.nominal(), flights_with_all({}, count=logs, steps=steps)
+    library = Library.of(base, [effect("added_mass", base)])
+    return weighed_problems(library, data), candidates(library, data)[0]
+
+
+def with_size(problems: Problems, size: float) -> Fit:
+    """The fit of a mass, were it so large, in units of its scale."""
+    (fit,) = problems.quadratics([Hypothesis((0,), problems.library.null)])
+    away = torch.tensor([size], dtype=torch.float64)
+    values = problems.library.null + away * problems.library.scale
+    return replace(fit, values=values, gradient=fit.gradient + fit.curvature @ away)
+
+
+@pytest.mark.parametrize("logs", [4, 8])
+def test_an_effect_is_beyond_chance_from_the_size_on_that_is_announced(logs: int) -> None:
+    """By blocks, and by whole logs where these are not few; by the trim of logs where these are not few."""
+    problems, mass = flown(logs)
+    by_blocks, by_trim = (float(size) for size in sizes_beyond_chance(problems, with_size(problems, 0.0), 20))
+    for factor, found in ((0.97, False), (1.03, True)):
+        asked = mass, problems.library.null, 20
+        assert beyond_chance(problems, with_size(problems, factor * by_blocks), *asked) is found
+        if logs == 8:
+            assert beyond_trim(problems, with_size(problems, factor * by_trim), *asked) is found
+    assert (by_trim == float("inf")) is (logs == 4)
+    assert not beyond_trim(flown(4)[0], with_size(flown(4)[0], 1e6), mass, problems.library.null, 20)
+
+
+def test_of_few_pieces_nobody_can_say_what_is_chance() -> None:
+    problems, mass = flown(1, 150)
+    assert problems.block_count < 10
+    assert beyond_chance(problems, with_size(problems, 0.0), mass, problems.library.null, 20)
+    assert float(sizes_beyond_chance(problems, with_size(problems, 0.0), 20)[0]) == 0.0
+
+
+def test_what_half_of_eight_logs_show_is_no_effect_however_many_pieces_show_it() -> None:
+    """A trim of these runs; of four logs nobody could say so."""
+    problems, mass = flown(8)
+    (fit,) = problems.quadratics([Hypothesis((0,), problems.library.null)])
+    rng, own = np.random.default_rng(0), torch.as_tensor(problems.logs % 8 < 4)
+    pulled = torch.where(own, 1.0, 0.0)[:, None] + 0.001 * torch.as_tensor(rng.standard_normal((len(own), 1)))
+    size = (fit.curvature[:, 0] * pulled).sum() / fit.curvature.sum()
+    gradient = fit.curvature[:, 0] * (size - pulled)
+    values = problems.library.null + size * problems.library.scale
+    shown = replace(fit, values=values, gradient=gradient)
+    assert not beyond_chance(problems, shown, mass, problems.library.null, 1)
+    few = replace(problems, problem=copy(problems.problem))
+    few.problem.segments = replace(few.problem.segments, log=problems.logs % 4)
+    assert beyond_chance(few, shown, mass, problems.library.null, 1)
+
+
+def test_a_sum_is_as_unsure_as_its_blocks_scatter_and_of_one_block_nobody_knows() -> None:
+    problems, _ = flown(8)
+    by_block = torch.as_tensor(np.random.default_rng(0).standard_normal(problems.block_count))
+    first = np.unique(problems.blocks, return_index=True)[1]
+    difference = torch.zeros(len(problems.blocks), dtype=torch.float64)
+    difference[first] = by_block
+    expected = float(by_block.numpy().std(ddof=1)) * problems.block_count**0.5
+    assert standard_error(problems, difference) == pytest.approx(expected)
+    assert standard_error(replace(problems, blocks=0 * problems.blocks), difference) == float("inf")
+
+
+def test_an_interval_is_student_s_on_blocks_and_no_narrower_than_on_logs() -> None:
+    for logs in (4, 8):
+        problems, _ = flown(logs)
+        fit = with_size(problems, 0.0)
+        (step,) = solve(fit.curvature.sum(0), -fit.gradient.sum(0))
+        at_best = replace(fit, gradient=fit.gradient + fit.curvature[:, 0] * step)
+        scores = np.bincount(problems.blocks, at_best.gradient[:, 0])
+        error = float(scores.std(ddof=1)) * len(scores) ** 0.5 / float(fit.curvature.sum())
+        by_blocks = error * float(stats.t.ppf(0.975, len(scores) - 1))
+        half = float(half_widths(problems, at_best))
+        assert half == pytest.approx(by_blocks) if logs == 4 else half >= by_blocks * (1 - 1e-9)
+
+
+def test_an_effect_that_moves_few_directions_needs_their_part_of_the_gain_where_logs_are_not_few() -> None:
+    """A mass pushes along the thrust: one direction of nine, and a little of those that follow."""
+    gains = {logs: least_gain(flown(logs)[0], flown(logs)[1], flown(logs)[0].library.null, 2) for logs in (4, 8)}
+    assert gains[4] == SETTINGS.gain_of(2)
+    assert SETTINGS.gain_of(2) / 9 <= gains[8] < SETTINGS.gain_of(2) / 3
+    problems, mass = flown(8)
+    late = replace(mass, needs_start=True)
+    assert least_gain(problems, late, problems.library.null, 1) == SETTINGS.gain_of(1)

@@ -220,6 +220,10 @@ def test_an_interval_holds_what_draws_from_all_sets_say_but_a_fortieth_at_either
     np.testing.assert_allclose([low, high], [min(least, 2.5), max(most, 3.5)], atol=0.02)
 
 
+def test_a_value_without_a_width_of_its_own_is_as_unsure_as_sets_differ() -> None:
+    assert averaged_ends(3.0, 0.0, torch.tensor([0.0, 1.5, -4.0]), torch.tensor([0.6, 0.3, 0.1])) == (-1.0, 4.5)
+
+
 def test_an_interval_holds_that_of_the_value_that_is_given_however_little_its_set_weighs() -> None:
     ends = averaged_ends(3.0, 0.5, torch.tensor([0.0, 2.0]), torch.tensor([0.001, 0.999]))
     assert ends == (2.5, pytest.approx(5.5, abs=0.01))

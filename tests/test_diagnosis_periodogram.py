@@ -166,6 +166,9 @@ def test_the_size_that_would_be_found_is_found_and_goes_with_the_noise() -> None
     healthy = problems(swings=False)
     planned, sizes = smallest_swings(healthy, 1e-3)
     assert planned is not None
+    assert planned.deviation == 0.0  # it is planned, and not estimated
+    assert 2 * np.pi * 3 / 6 < planned.omega < 2 * np.pi * 0.25 / 0.1
+    assert len(planned.phases) == len(healthy.data)
     assert sizes.keys() == {"fx", "fy", "fz"}
     _, noisy = smallest_swings(looser(healthy, 2.0), 1e-3)
     for name, size in sizes.items():

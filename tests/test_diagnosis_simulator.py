@@ -1,0 +1,93 @@
+"""Which of the logs' manoeuvres the plain simulator flies, how long, and where they then lead."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from noisy_flights import flights_with
+from standard_set import Case, simulate_case
+
+from sym2real.dataset import Dataset
+from sym2real.diagnosis.estimate.simulator import NO_SIMULATOR, NOT_FLOWN, flown_along, with_effects_of
+from sym2real.effects import effect
+from sym2real.plants import MujocoPlant, run_episode
+from sym2real.robots import CRAZYFLIE, MUSHR, Robot
+
+
+@pytest.mark.parametrize(("times", "slower"), [(0.5, 1.0), (1.01, 1.0), (3.0, 3.0)])
+def test_a_robot_is_commanded_no_faster_than_its_own_period_and_no_faster_than_its_logs(
+    times: float, slower: float
+) -> None:
+    plant, why = with_effects_of(MUSHR.nominal(), MujocoPlant(MUSHR), times * MUSHR.dt)
+    assert plant is not None
+    assert plant.dt == pytest.approx(slower * MUSHR.dt)
+    assert why == ""
+    assert with_effects_of(MUSHR.nominal(), None, MUSHR.dt) == (None, NO_SIMULATOR)
+
+
+def test_what_a_simulator_has_already_it_keeps() -> None:
+    changes = (effect("lag:speed", MUSHR).inject(value=0.2),)
+    plant, _ = with_effects_of(MUSHR.nominal(), MujocoPlant(MUSHR, changes), MUSHR.dt)
+    assert plant is not None
+    assert plant.changes == changes
+
+
+def test_no_more_than_eight_logs_are_flown_and_of_each_the_first_eight_seconds() -> None:
+    """A car's 400 rows are longer; a path is followed to the centimetres that a car slips."""
+    logs = simulate_case(Case("mushr", (), seed=2), 9, 120)
+    long = simulate_case(Case("mushr", (), seed=2), 1, 420)
+    flown, why = flown_along(MUSHR.nominal(), MujocoPlant(MUSHR), Dataset([*long, *logs]))
+    assert flown is not None
+    assert why == ""
+    assert [len(own) for own in flown] == [400, *[120] * 7]
+    for own, log in zip(flown, [*long, *logs], strict=False):
+        assert own.name == log.name
+        apart = np.hypot(own.column("x") - log.column("x")[: len(own)], own.column("y") - log.column("y")[: len(own)])
+        assert np.median(apart) < 0.1
+    fast = replace(long[0], time=0.0195 * np.arange(420))
+    quick, _ = flown_along(MUSHR.nominal(), MujocoPlant(MUSHR), Dataset([fast]))
+    assert quick is not None
+    assert len(quick[0]) == 410
+
+
+@pytest.mark.parametrize(("rows", "flies"), [(99, False), (100, True)])
+def test_a_flight_of_less_than_a_hundred_rows_calibrates_nothing(rows: int, *, flies: bool) -> None:
+    (log,) = flights_with("", {}, count=1)
+    flown, why = flown_along(CRAZYFLIE.nominal(), MujocoPlant(CRAZYFLIE), Dataset([log.rows(0, rows)]))
+    assert (flown is not None, why) == (flies, "" if flies else NOT_FLOWN)
+
+
+RAIL = """<mujoco><option timestep="0.001" integrator="implicitfast"/><worldbody><body>
+<joint name="rail" type="slide" axis="1 0 0" damping="1" stiffness="2" range="-9 9"/>
+<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>
+</body></worldbody><actuator><motor name="drive" joint="rail" ctrlrange="-5 5"/></actuator></mujoco>"""
+
+
+class Sent:
+    """Commands one after the other, whatever happens."""
+
+    def __init__(self, commands: np.ndarray) -> None:
+        self.commands = commands
+
+    def reset(self) -> None:
+        """There is nothing to forget."""
+
+    def remember(self, sent: np.ndarray) -> None:
+        """There is nothing to note."""
+
+    def act(self, state: np.ndarray, step: int, inputs: np.ndarray | None = None) -> np.ndarray:
+        return self.commands[step]
+
+
+def test_where_a_regulator_does_something_else_what_was_sent_is_sent_again(tmp_path: Path) -> None:
+    """A carriage on a spring that is held 1 m from where it rests, by a force that trembles."""
+    (file := tmp_path / "rail.xml").write_text(RAIL)
+    robot, rng = Robot.from_mjcf(file, dt=0.02), np.random.default_rng(0)
+    pushes = 2.0 + np.repeat(rng.uniform(-0.3, 0.3, (8, 1)), 20, axis=0)
+    log = run_episode(MujocoPlant(robot), Sent(pushes), start=np.array([1.0, 0.0]), steps=len(pushes))
+    flown, _ = flown_along(robot.nominal(), MujocoPlant(robot), Dataset([log]))
+    assert flown is not None
+    np.testing.assert_allclose(flown[0].column("rail"), log.column("rail"), atol=1e-3)

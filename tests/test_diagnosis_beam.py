@@ -193,3 +193,69 @@ def test_what_stands_for_two_effects_gives_way_to_both_where_less_can_be_left(
     selection.put(joined.chosen, joined.fit)
     Beam(selection, least=least).search()
     assert {candidate.name for candidate in selection.chosen} == found
+
+
+@pytest.mark.parametrize(
+    ("of_both", "within_chance", "answer"),
+    [
+        (4.0, (), {"wind", "added_mass"}),
+        (6.0, (), {"wind"}),
+        (5.0, (), {"wind"}),  # no cheaper
+        (4.0, ("both",), {"wind"}),
+        (6.0, ("wind",), set()),  # what is beyond chance in a set that is not worth its size is no answer
+        (4.0, ("wind",), {"wind", "added_mass"}),
+    ],
+)
+def test_the_answer_is_the_cheapest_set_that_is_beyond_chance_and_worth_its_size(
+    of_both: float, within_chance: tuple[str, ...], answer: set[str]
+) -> None:
+    selection = with_names(("wind", "added_mass"))
+    both, mass = selection.present, selection.chosen[1]
+    wind = selection.without(both, mass)
+    nothing = selection.without(wind, wind.candidate)
+    sets = {"nothing": replace(nothing, price=10.0), "wind": replace(wind, price=5.0)}
+    sets["both"] = replace(both, price=of_both)
+    for name in within_chance:
+        selection._significant[sets[name].fit, sets[name].candidate.name] = False
+    beam = Beam(selection)
+    beam.sets = {own.names: own for own in sets.values()}
+    assert beam._best().names == answer
+
+
+@pytest.mark.parametrize(("most", "found"), [(1, 1), (2, 2)])
+def test_no_set_is_larger_than_a_day_s_logs_can_test(most: int, found: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(beam_module, "SETTINGS", replace(SETTINGS, most_findings=most))
+    beam = Beam(selection_of(problems()[1]))
+    beam.search()
+    assert len(beam.selection.chosen) == found
+    assert max(map(len, beam.sets)) == most
+
+
+def test_where_nothing_is_beyond_chance_cheaper_sets_are_looked_around_in_without_what_is_not() -> None:
+    selection = selection_of(problems()[1])
+    selection.tested = 10**300
+    beam = Beam(selection)
+    beam.search()
+    assert selection.chosen == []
+    cheaper = [own for own in beam.sets.values() if own.price < selection.present.price and beam._worth_its_size(own)]
+    for size in {len(own.chosen) for own in cheaper}:
+        best = min((own for own in cheaper if len(own.chosen) == size), key=lambda own: own.price)
+        assert min(best.smaller, key=lambda names: beam.sets[names].price) in beam.looked_around
+
+
+def test_a_set_that_is_fitted_better_from_other_starts_is_looked_around_in_anew() -> None:
+    tried = tuple(replace(one, starts=(0.003,)) for one in problems()[1] if one.name == "added_mass")
+    selection = selection_of(tried)
+    (best,) = selection.ranked(selection.present, tried)
+    values = best.fit.values.clone()
+    values[tried[0].slots] = 0.02
+    (high,) = selection.problems.quadratics([Hypothesis(best.fit.free, values)])
+    beam = Beam(selection)
+    beam.sets[best.names] = selection.set_of(best.chosen, replace(high, gradient=0 * high.gradient))
+    beam.looked_around.add(best.names)
+    assert beam._fitted_better()
+    assert best.names not in beam.looked_around
+    assert beam.sets[best.names].fit.total == pytest.approx(best.fit.total, rel=1e-3)
+    beam.looked_around.add(best.names)
+    assert not beam._fitted_better()  # nothing that was not tried
+    assert best.names in beam.looked_around

@@ -9,6 +9,7 @@ import pytest
 import torch
 from noisy_flights import flights_with
 from standard_set import Case, simulate_case
+from weighed_problems import weighed_problems
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import Estimate
@@ -24,8 +25,8 @@ from sym2real.diagnosis.estimate.simulator import flown_along
 from sym2real.diagnosis.predict.candidate import candidates, library_for
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
-from sym2real.diagnosis.search.intervals import averaged_ends, unresolved
-from sym2real.diagnosis.search.select import reported
+from sym2real.diagnosis.search.intervals import averaged_ends, estimates, unresolved
+from sym2real.diagnosis.search.select import Selection, reported
 from sym2real.effects import effect
 from sym2real.effects.kind import NOT_NEGATIVE, Parameter
 from sym2real.experiments.models import cached_base
@@ -150,6 +151,28 @@ def test_what_a_step_hides_of_a_late_turn_goes_by_way_or_speed(drives: Dataset) 
     assert hidden.pop(("relaxation_length", "value")) == pytest.approx(MUSHR.dt / 6 * speed)
     assert hidden.pop(("yaw_inertia", "value")) == pytest.approx(MUSHR.dt / 6 / speed)
     assert {*hidden.values()} == {0.0}
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "most"),
+    [
+        ("offset:steer", 0.05, 0.05),
+        ("gain:steer", 0.98, 0.02),
+        ("gain:steer", 1.5, 0.5),
+        ("gain:steer", 0.25, 0.25),  # of what is left of it, which is less than what it lacks
+    ],
+)
+def test_an_interval_without_noise_is_three_hundredths_of_what_an_effect_changes(
+    drives: Dataset, key: str, value: float, most: float
+) -> None:
+    library = Library.of(MUSHR.nominal(), [effect(key, MUSHR)])
+    selection = Selection(weighed_problems(library, drives), candidates(library, drives), library.null)
+    (only,) = selection.candidates
+    values = torch.tensor([value], dtype=torch.float64)
+    (fit,) = selection.problems.quadratics([Hypothesis(only.free, values)])
+    found = estimates(selection, only, replace(fit, gradient=0 * fit.gradient), None)["value"]
+    assert found.value == pytest.approx(value)
+    assert found.high - found.low == pytest.approx(2 * 0.03 * most)
 
 
 def _velocity(log: Trajectory) -> np.ndarray:

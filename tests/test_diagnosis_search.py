@@ -17,12 +17,14 @@ from sym2real.diagnosis.pipeline import prepare
 from sym2real.diagnosis.predict.candidate import Candidate, candidates
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.question import Question
+from sym2real.diagnosis.search import beam
 from sym2real.diagnosis.search.beam import Beam
 from sym2real.diagnosis.search.intervals import none_within
 from sym2real.diagnosis.search.near import Near
 from sym2real.diagnosis.search.pairs import hidden_pairs
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.search.settled import refuted
+from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects import effect
 from sym2real.plants import MujocoPlant
 from sym2real.robots import MUSHR
@@ -78,10 +80,14 @@ def test_of_two_effects_that_hide_each_other_neither_saves_anything_and_both_tog
         assert hidden_pairs(selection, selection.present) == []
 
 
-def test_a_pair_is_not_kept_where_its_effects_are_within_chance() -> None:
+@pytest.mark.parametrize(("tested", "most"), [(10**300, 8), (2, 1)], ids=["within chance", "too many"])
+def test_a_pair_is_not_kept_within_chance_or_beyond_the_largest_set(
+    tested: int, most: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
     problems, tried = arm_and_tyres()
     selection = Selection(problems, tried, problems.library.null)
-    selection.tested = 10**300
+    selection.tested = tested
+    monkeypatch.setattr(beam, "SETTINGS", replace(SETTINGS, most_findings=most))
     Beam(selection).search()
     assert selection.chosen == []
 

@@ -13,6 +13,7 @@ from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.quadratic import Hypothesis
 from sym2real.diagnosis.predict.candidate import Candidate, candidates
 from sym2real.diagnosis.predict.library import Library
+from sym2real.diagnosis.score.importance import by_importance
 from sym2real.diagnosis.search.select import REFITTED, Selection, parameter_set
 from sym2real.effects import effect
 from sym2real.robots import CRAZYFLIE
@@ -125,3 +126,29 @@ def test_a_set_of_parameters_holds_the_values_of_what_is_kept_and_nothing_else()
     values = parameter_set(own, [wind], own.fit.values)
     assert values[wind.slots].tolist() == own.fit.values[wind.slots].tolist()
     assert values[mass.slots].tolist() == [0.0]
+
+
+@pytest.mark.parametrize("names", [("wind", "added_mass"), ("added_mass", "wind")])
+def test_the_most_important_effect_is_that_without_which_free_predictions_miss_most(names: tuple[str, ...]) -> None:
+    """A tenth of the weight more falls by two metres in two seconds, and the wind blows half as far."""
+    own = selection(*names)
+    (first, alone), (last, both) = by_importance(own)
+    assert (first.name, last.name) == ("added_mass", "wind")
+    assert alone.free == first.free
+    assert both is own.fit
+    assert alone.total > both.total
+    assert by_importance(own) is own.order
+    only = selection("wind")
+    assert [(one.name, fit) for one, fit in by_importance(only)] == [("wind", only.fit)]
+    assert by_importance(selection()) == []
+
+
+def test_what_the_next_run_has_anew_comes_last_however_much_it_moves() -> None:
+    """A board that is screwed on two degrees askew, beside a fifth of a gram."""
+    base = CRAZYFLIE.nominal()
+    data = flights_with_all({"mounting_tilt": {"roll": 0.035}, "added_mass": {"value": 2e-4}})
+    library = Library.of(base, [effect(key, base) for key in ("mounting_tilt", "added_mass")])
+    weighed, (tilt, mass) = weighed_problems(library, data), candidates(library, data)
+    own = Selection(weighed, (tilt, mass), library.null)
+    own.put([tilt, mass], weighed.fit([Hypothesis(own.free([tilt, mass]), library.null)])[0])
+    assert [one for one, _ in by_importance(own)] == [mass, tilt]

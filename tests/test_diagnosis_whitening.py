@@ -13,9 +13,10 @@ from scipy import stats
 from standard_set import Case, simulate_case
 from torch import Tensor
 
-from sym2real.diagnosis.estimate.whitening import PIECES, Spread, Whitening, estimate
+from sym2real.diagnosis.estimate.whitening import PIECES, TAILS, Spread, Whitening, estimate
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
+from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects import effect
 from sym2real.robots import CRAZYFLIE
 
@@ -124,3 +125,20 @@ def test_moves_have_as_many_directions_however_the_axes_lie(spread: Spread) -> N
         for directions in range(1, COMPONENTS + 1):
             moves = (along * torch.as_tensor(axes[:, :directions])).flatten(1, 2)
             assert whitening.directions(moves) == pytest.approx(directions / COMPONENTS, rel=0.02)
+
+
+@pytest.mark.parametrize("degrees", [3.0, 8.0, 40.0, math.inf])
+def test_pieces_are_trusted_as_the_likeliest_of_student_s_distributions_says(spread: Spread, degrees: float) -> None:
+    """Squares of n components, by n, have Fisher's distribution with n and ν, unless tails are not clearly heavy."""
+    rng = np.random.default_rng(int(min(degrees, 99.0)))
+    factor = np.ones(SEGMENTS) if math.isinf(degrees) else rng.chisquare(degrees, SEGMENTS) / degrees
+    residuals = drawn(spread, 4) / torch.as_tensor(factor).sqrt()[:, None]
+    found = estimated(spread, residuals)
+    plain = replace(found, trust=torch.ones_like(found.trust))
+    squares, size = plain.loss(residuals[None])[0].numpy(), found.freedom / SEGMENTS
+    likely = {nu: stats.f.logpdf(squares / size, size, nu).sum() - SEGMENTS * math.log(size) for nu in TAILS}
+    nu = max(likely, key=likely.__getitem__)
+    heavy = 2 * (likely[nu] - stats.chi2.logpdf(squares, size).sum()) >= SETTINGS.heavy_tails
+    assert bool(heavy) is not math.isinf(degrees)
+    expected = (nu + size) / (nu + squares) if heavy else np.ones(SEGMENTS)
+    np.testing.assert_allclose(found.trust.numpy(), expected, rtol=1e-6)

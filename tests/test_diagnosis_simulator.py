@@ -58,6 +58,7 @@ def test_a_flight_of_less_than_a_hundred_rows_calibrates_nothing(rows: int, *, f
     (log,) = flights_with("", {}, count=1)
     flown, why = flown_along(CRAZYFLIE.nominal(), MujocoPlant(CRAZYFLIE), Dataset([log.rows(0, rows)]))
     assert (flown is not None, why) == (flies, "" if flies else NOT_FLOWN)
+    assert flown is None or [own.name for own in flown] == [log.name]
 
 
 RAIL = """<mujoco><option timestep="0.001" integrator="implicitfast"/><worldbody><body>

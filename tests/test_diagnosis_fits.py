@@ -8,6 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 import torch
+from motor_flights import equations, motor_flights, with_speeds
 from noisy_flights import flights_with
 from standard_set import Case, simulate_case
 from weighed_problems import weighed_problems
@@ -15,10 +16,13 @@ from weighed_problems import weighed_problems
 from sym2real.diagnosis.estimate.calibrate import calibrated
 from sym2real.diagnosis.estimate.fit import Problems, nuisance_of
 from sym2real.diagnosis.estimate.full_model import full_fit
+from sym2real.diagnosis.estimate.preparation import whiten
 from sym2real.diagnosis.estimate.quadratic import Fit, Hypothesis
 from sym2real.diagnosis.estimate.simulator import flown_along
+from sym2real.diagnosis.estimate.whitening import Spread
 from sym2real.diagnosis.predict.candidate import Candidate, candidates
 from sym2real.diagnosis.predict.library import Library
+from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.effects import effect
 from sym2real.plants import MujocoPlant
 from sym2real.robots import CRAZYFLIE, MUSHR
@@ -141,3 +145,16 @@ def test_of_what_a_base_gets_wrong_in_the_simulator_that_is_said_which_explains_
     assert found["gain:steer"] == pytest.approx(1.0, abs=0.03)
     late = [replace(one, needs_start=True) for one in tried]
     assert torch.equal(calibrated(library, late, flown, weighed.whitening).values, library.null)
+
+
+def test_where_a_base_is_far_off_disturbances_do_what_they_do_to_the_model_that_fits() -> None:
+    """Inertia 25 times too small: that model turns over, and what it predicts of a start or a push is no robot's."""
+    data = with_speeds(motor_flights(every=1, seconds=2.0, dither=0.03, names=("circle", "hover")))
+    base = equations(unit="rad/s", every=1, inertia=1 / 25)
+    library = Library.of(base, [effect("torque_scale", base)])
+    found = whiten(Problem(library, data), candidates(library, data))
+    assert found.values.tolist() == pytest.approx([1 / 25] * 3, rel=0.05)
+    null, fitted = (Spread.of(found.problem, values) for values in (library.null, found.values))
+    for name in ("start", "disturbances"):
+        own, of_base, of_model = (getattr(spread, name) for spread in (found.spread, null, fitted))
+        assert float((own - of_model).abs().max()) < 0.02 * float((own - of_base).abs().max())

@@ -48,6 +48,7 @@ def test_a_finding_is_written_with_its_battery_where_it_has_one_and_is_another_a
     assert written["spread_over_logs"] == {}
     assert {"log_spread", "voltage", "full_battery"}.isdisjoint(written)
     assert replace(WIND, voltage=4.2).to_dict()["full_battery"] == 4.2
+    assert not any(written[doubt] for doubt in ("provisional", "small", "doubtful"))
     assert WIND.alternatives == ["drag"]
     moved = WIND.at({"fx": 0.5})
     assert moved.values == {"fx": 0.5, "fy": 0.0}

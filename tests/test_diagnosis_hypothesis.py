@@ -85,6 +85,10 @@ def test_another_effect_is_better_beyond_what_an_effect_must_gain_or_where_that_
     assert tried.summary.endswith(expected if said else "; alike does as well.")
 
 
+def test_another_effect_is_better_only_where_somebody_says_so() -> None:
+    assert not Alternative("lag", 0.1, as_good=True, instead_of="wind").better
+
+
 def test_what_is_outdone_comes_first_and_is_said_so() -> None:
     rivals = (rival("lag", 0.9, better=True), rival("sag", 0.3, "drag", better=True))
     assert "lag in the place of wind lowers it by 90 %" in replace(BOTH, rivals=rivals).summary

@@ -15,7 +15,7 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis.errors.rungs import Rung, RungError
 from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.quadratic import Hypothesis
-from sym2real.diagnosis.estimate.whitening import disturbances, free_start
+from sym2real.diagnosis.estimate.whitening import Spread, disturbances, free_start
 from sym2real.diagnosis.predict.candidate import candidates
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
@@ -150,6 +150,22 @@ def test_a_disturbance_of_size_one_goes_with_the_robot_s_mass_and_inertia() -> N
     assert light["tx"] == pytest.approx(0.03 * 1e-4)  # that turns by 1 rad/s²
     assert dict(disturbances(MUSHR.nominal())).keys() == {"steer", "speed"}  # nothing pushes it in its equations
     assert len(disturbances(ROBOTS["cart_pole"].nominal())) == 2
+
+
+def test_a_covariance_by_another_one_s_noise_and_disturbances_has_these() -> None:
+    problems = four().problems
+    spread = Spread.of(problems.problem, problems.library.null)
+    sized = disturbances(problems.library.equations)
+    assert list(zip(spread.names, spread.sizes.tolist(), strict=True)) == sized
+    other = replace(problems.whitening, disturbances={name: 3.0 * size for name, size in sized})
+    alike = spread.like(other)
+    assert alike.disturbances == pytest.approx(other.disturbances, rel=1e-12)
+    torch.testing.assert_close(alike.sensor, other.sensor, rtol=1e-12, atol=0.0)
+
+
+def test_nothing_that_was_chosen_is_no_number() -> None:
+    selection = four()
+    assert selection.complexity(selection.without(selection.present, selection.chosen[0])) == (0, 0)
 
 
 def test_a_free_start_is_as_free_as_its_field_and_one_of_its_own_kind_by_one() -> None:

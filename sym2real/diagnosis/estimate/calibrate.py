@@ -70,9 +70,8 @@ def _weighted(library: Library, segments: Segments, flown: Dataset, noise: Array
     """Errors weighted by the sensors' noise alone ``# (tangent,)``: what the simulator does, nothing disturbs."""
     problem = Problem(library, flown, segments)
     spread = Spread.of(problem, library.null)
-    power = torch.full((len(spread.names),), LEAST, dtype=torch.float64)
     sensor = torch.as_tensor(noise[list(segments.compared)]).square()
-    return Problems.of(problem, spread.whitening(sensor, power))
+    return Problems.of(problem, spread.whitening(sensor, sensor.new_full((len(spread.names),), LEAST)))
 
 
 lifted = lru_cache(maxsize=4)(lift_constants)  # the same equations again, of which libraries are kept

@@ -191,7 +191,7 @@ class Problems:
         because its wheels differ, the wheels are not to blame.
         """
         if self.spread is None:
-            return torch.zeros(int(self.folds.max()) + 1, dtype=torch.float64)
+            return fit.loss.new_zeros(int(self.folds.max()) + 1)
         start = self.problem.start_jacobian(fit.values) * free_start(self.problem.segments.layout)
         own = replace(replace(self.spread, start=start).like(self.whitening), trust=self.whitening.trust)
         residuals = self.problem.residuals(fit.values[None])

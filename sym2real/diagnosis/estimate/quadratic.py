@@ -103,3 +103,9 @@ def solve(matrix: Tensor, vector: Tensor) -> Tensor:
     ridge = torch.diag_embed(RIDGE * scale + 1e-12 * scale.amax(-1, keepdim=True))
     result: Tensor = torch.linalg.solve(matrix + ridge, vector)
     return result
+
+
+def inverse_of(matrix: Tensor) -> Tensor:
+    """Pseudoinverse of a symmetric matrix ``# (..., A, A)``."""
+    result: Tensor = torch.linalg.pinv(matrix, hermitian=True)
+    return result

@@ -13,7 +13,7 @@ from torch import Tensor
 
 from sym2real.diagnosis.data.segments import summed
 from sym2real.diagnosis.estimate.fit import Problems
-from sym2real.diagnosis.estimate.quadratic import Fit, Hypothesis, solve
+from sym2real.diagnosis.estimate.quadratic import Fit, Hypothesis, inverse_of, solve
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.settings import SETTINGS
 
@@ -50,8 +50,7 @@ def inflation(curvature: Tensor) -> Tensor:
 
     The root of the variance inflation factor; D. Belsley, E. Kuh, R. Welsch, "Regression Diagnostics", 1980, chapter 3.
     """
-    whole: Tensor = curvature.diagonal() * torch.linalg.pinv(curvature, hermitian=True).diagonal()
-    return whole.sqrt()
+    return (curvature.diagonal() * inverse_of(curvature).diagonal()).sqrt()
 
 
 def _far_from_none(problems: Problems, distance: Distance, tested: int) -> bool:
@@ -181,14 +180,13 @@ class Distance:
         if freedom < 2:
             return torch.full_like(self.away, inf)
         squared = float(stats.f.isf(chance, size, freedom)) * size * (count - 1) / freedom
-        sizes: Tensor = (squared / torch.linalg.pinv(spread, hermitian=True).diagonal()).sqrt()
-        return sizes
+        return (squared / inverse_of(spread).diagonal()).sqrt()
 
     def _spread(self, clusters: NDArray[np.int64]) -> tuple[Tensor, int]:
         """Jackknife covariance of the parameters by clusters ``# (n, n)``, and the number of these."""
         none = self.gradient - self.curvature[:, :, self.places] @ self.away
         gradient, curvature = (part.sum(0) - summed(part, clusters) for part in (none, self.curvature))
-        left_out = -(torch.linalg.pinv(curvature, hermitian=True) @ gradient[..., None])[:, self.places, 0]
+        left_out = -(inverse_of(curvature) @ gradient[..., None])[:, self.places, 0]
         apart, count = left_out - left_out.mean(0), len(left_out)
         return apart.T @ apart * (count - 1) / count, count
 
@@ -201,10 +199,9 @@ def clustered(gradient: Tensor, curvature: Tensor, clusters: NDArray[np.int64]) 
         clusters: of every segment ``# (S,)``.
     """
     scores = summed(gradient, clusters)
-    count, inverse = len(scores), torch.linalg.pinv(curvature.sum(0), hermitian=True)
+    count, inverse = len(scores), inverse_of(curvature.sum(0))
     meat = (scores - scores.mean(0)).T @ (scores - scores.mean(0)) * count / max(1, count - 1)
-    result: Tensor = inverse @ meat @ inverse
-    return result
+    return inverse @ meat @ inverse
 
 
 def half_widths(problems: Problems, fit: Fit) -> Tensor:
@@ -222,7 +219,7 @@ def half_widths(problems: Problems, fit: Fit) -> Tensor:
     half = blocks * float(stats.t.ppf(0.975, max(1, problems.block_count - 1)))
     if problems.log_count < SETTINGS.fewest_logs:
         return half
-    inverse = torch.linalg.pinv(fit.curvature.sum(0), hermitian=True)
+    inverse = inverse_of(fit.curvature.sum(0))
     moves = summed(fit.gradient, problems.logs) @ inverse
     shares = summed((inverse @ fit.curvature @ inverse).diagonal(dim1=1, dim2=2), problems.logs)
     number = (shares.sum(0).square() / shares.square().sum(0).clamp_min(1e-300)).clamp_min(2.0)
@@ -241,7 +238,7 @@ def chance_of(away: Tensor, spread: Tensor, count: int) -> float:
     size = len(away)
     if count <= size + 1:
         return 1.0
-    squared = float(away @ torch.linalg.pinv(spread, hermitian=True) @ away)
+    squared = float(away @ inverse_of(spread) @ away)
     freedom = count - size
     return float(stats.f.sf(squared * freedom / (size * (count - 1)), size, freedom))
 

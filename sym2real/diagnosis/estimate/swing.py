@@ -115,7 +115,7 @@ class Rows:
 
         ``# (F, S, 4·D), (F, S, 4·D, 4·D)``
         """
-        angle = torch.tensor(omegas, dtype=torch.float64)[:, None, None] * self.time
+        angle = self.time.new_tensor(omegas)[:, None, None] * self.time
         scaled = (self.time / self.time.max()).expand_as(angle)
         shapes = torch.stack([angle.sin(), angle.cos(), torch.ones_like(angle), scaled], dim=-1)  # (F, S, P, 4)
         gradient = torch.einsum("sdp,fspk->fskd", self.gradient, shapes).flatten(2)
@@ -199,7 +199,7 @@ def _rows(problems: Problems, values: Tensor, names: list[str]) -> Rows:
     sizes = dict(disturbances(problem.library.equations))
     sized = [(name, sizes.get(name, 0.01)) for name in names]
     jacobian = problem.disturbance_jacobian(values, sized, PIECES)  # (S, R, D, P)
-    jacobian = jacobian / torch.tensor([size for _, size in sized], dtype=torch.float64)[:, None]
+    jacobian = jacobian / jacobian.new_tensor([size for _, size in sized])[:, None]
     residual = problem.residuals(values[None])[0]
     products = whitening.products(torch.cat([residual[..., None], jacobian.flatten(-2)], dim=-1))
     segments, dt = problem.segments, problem.data.dt
@@ -282,7 +282,7 @@ def _own_motion(problem: Problem, omega: float, force: float) -> bool:
 def _chance(rows: Rows, problems: Problems, omega: float) -> float:
     """Probability that quarters of logs tell each other so much by chance: signed ranks of gains of blocks."""
     gradient, curvature = (row[0] for row in rows.normal([omega]))
-    waves, gains = 2 * rows.gradient.shape[1], torch.zeros(len(gradient), dtype=torch.float64)
+    waves, gains = 2 * rows.gradient.shape[1], gradient.new_zeros(len(gradient))
     for log in np.unique(rows.log):
         mine = np.flatnonzero(rows.log == log)
         for part in np.array_split(mine, QUARTERS):
@@ -290,7 +290,7 @@ def _chance(rows: Rows, problems: Problems, omega: float) -> float:
             if not len(part) or not len(rest):
                 continue
             g, h = gradient[rest].sum(0), curvature[rest].sum(0)
-            plain = torch.cat([torch.zeros(waves, dtype=torch.float64), -solve(h[waves:, waves:], g[waves:])])
+            plain = torch.cat([g.new_zeros(waves), -solve(h[waves:, waves:], g[waves:])])
             own = gradient[part], curvature[part]
             gains[part] = _changes(*own, plain) - _changes(*own, -solve(h, g))
     by_block = summed(gains, problems.blocks)

@@ -77,7 +77,7 @@ class Products:
 
 def root_plus_identity(squares: Tensor) -> Tensor:
     """The lower triangular root of 1 + GᵀG ``# (…, K, K)``, where G may be so large that rounding hides the 1."""
-    whole = torch.eye(squares.shape[-1], dtype=squares.dtype) + squares
+    whole = torch.eye(squares.shape[-1]) + squares
     root: Tensor
     root, failed = torch.linalg.cholesky_ex(whole)
     if bool(failed.any()):

@@ -85,7 +85,7 @@ class Whitening:
     def deviance(self, residuals: Tensor) -> float:
         """Minus twice the logarithm of the likelihood of residuals ``# (S, R)``, but for what is the same for all."""
         seen = self.lost.mT @ (self.lost / self.weight[:, None])  # (S, K, K)
-        unit = torch.eye(seen.shape[-1], dtype=seen.dtype)
+        unit = torch.eye(seen.shape[-1])
         determinants = -torch.linalg.slogdet(unit - seen).logabsdet - self.weight.log().sum()
         return float((self.loss(residuals[None])[0] + determinants - residuals.shape[1] * self.trust.log()).sum())
 
@@ -136,13 +136,13 @@ class Spread:
             start=problem.start_jacobian(values) * free_start(layout),
             disturbances=jacobian,
             names=tuple(name for name, _ in names),
-            sizes=torch.tensor([size for _, size in names], dtype=torch.float64),
+            sizes=jacobian.new_tensor([size for _, size in names]),
             components=len(problem.segments.compared),
         )
 
     def like(self, other: Whitening) -> Whitening:
         """With the noise and the disturbances of another."""
-        power = torch.tensor([other.disturbances[name] for name in self.names], dtype=torch.float64) / self.sizes
+        power = self.sizes.new_tensor([other.disturbances[name] for name in self.names]) / self.sizes
         return self.whitening(other.sensor.square(), power.square())
 
     def whitening(self, sensor: Tensor, power: Tensor) -> Whitening:
@@ -224,7 +224,7 @@ def estimate(
             it acts are not to be taken for odd ones.
     """
     number = torch.tensor([sorted(set(channel)).index(name) for name in channel])  # (C,)
-    first = torch.as_tensor(noise, dtype=torch.float64).square()
+    first = torch.as_tensor(noise).square()
     sensor = torch.stack([first[number == name].mean() for name in range(int(number.max()) + 1)])
     power = torch.full((len(spread.names),), 0.25, dtype=torch.float64)
     rows = number.repeat(residuals.shape[1] // spread.components)

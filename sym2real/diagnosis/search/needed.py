@@ -221,7 +221,7 @@ def by_others(selection: Selection, fit: Fit, problems: Problems | None = None) 
         problems: of the fit; by default those of the search.
     """
     problems = problems or selection.problems
-    still = torch.zeros(len(fit.whole), dtype=torch.float64)
+    still = fit.gradient.new_zeros(len(fit.whole))
     parts = parts_of_others(selection, problems.problem.segments)
     steps = [problems.sure_step(fit.of_segments(part), fit) if part.any() else still for part in parts]
     return [problems.moved(fit, step) for step in steps]

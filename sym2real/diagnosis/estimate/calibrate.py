@@ -106,7 +106,7 @@ class Calibration(Whitened):
             logs: name of the log of every segment elsewhere.
         """
         here = Hypothesis(free, self.values)
-        (fit,) = Problems.of(self.problem, self.whitening).quadratics([here], with_nuisance=False)
+        (fit,) = Problems.of(self.problem, self.whitening).quadratics([here])
         library = self.problem.library
         effects = [library.effects.get(library.slots[slot].effect) for slot in free]
         # Errors have no slope where an effect begins at a threshold.

@@ -95,13 +95,12 @@ class Problems:
         """Whitened squares of all segments at a parameter set ``# (P,)``."""
         return float(self.totals([values]))
 
-    def quadratics(self, hypotheses: Sequence[Hypothesis], *, with_nuisance: bool = True) -> list[Fit]:
+    def quadratics(self, hypotheses: Sequence[Hypothesis]) -> list[Fit]:
         """Losses and derivatives where the hypotheses stand."""
         if not hypotheses:
             return []
         sets = torch.stack([hypothesis.values for hypothesis in hypotheses])
-        nuisance = self.nuisance if with_nuisance else ()
-        held = [tuple(slot for slot in nuisance if slot not in hypothesis.free) for hypothesis in hypotheses]
+        held = [tuple(slot for slot in self.nuisance if slot not in hypothesis.free) for hypothesis in hypotheses]
         whole = [(*hypothesis.free, *others) for hypothesis, others in zip(hypotheses, held, strict=True)]
         fits: list[Fit] = []
         for hypothesis, others, columns in zip(hypotheses, held, self.problem.linearised(sets, whole), strict=True):

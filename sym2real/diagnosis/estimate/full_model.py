@@ -70,7 +70,7 @@ def improved(problems: Problems, free: Free, values: Tensor, centre: Tensor, ste
     """Gauss–Newton steps within bounds, the prior's mean at ``centre``, until another is not worth it."""
     slots = list(free)
     for _ in range(steps if free else 0):
-        fit = problems.quadratics([Hypothesis(free, values)], with_nuisance=False)[0]
+        fit = problems.quadratics([Hypothesis(free, values)])[0]
         step = _bounded_step(problems, fit, centre)
         trials = torch.stack([values, *(problems.moved(fit, step * part) for part in LINE_SEARCH)])
         away = (trials[:, slots] - centre[slots]) / problems.library.scale[slots]

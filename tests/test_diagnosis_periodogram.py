@@ -184,3 +184,20 @@ def test_the_angle_stands_in_the_middle_of_every_step_from_each_log_s_own_start(
         angle = log.extra[ANGLE]
         assert angle[0] == pytest.approx(phase + OMEGA * log.dt / 2)
         np.testing.assert_allclose(np.diff(angle), OMEGA * log.dt, rtol=1e-9)
+
+
+@pytest.mark.parametrize(("times", "own"), [(2.9, False), (3.1, True)])
+def test_a_path_is_the_robot_s_own_where_it_swings_by_three_times_what_such_a_force_could_do(
+    times: float, *, own: bool
+) -> None:
+    """A free body follows a force of F by F/(m ω²); slow motion and where the log is do not count."""
+    logs = []
+    for log in flights():
+        time, state = log.time - log.time[0], log.state.copy()
+        for column, size in (("x", 0.03), ("y", 0.04), ("z", 0.0)):
+            state[:, log.layouts.state.index(column)] = 2.0 - 0.3 * time + size * np.sin(OMEGA * time + size)
+        logs.append(replace(log, state=state))
+    known = weighed_problems(Library.of(CRAZYFLIE.nominal(), []), Dataset(logs))
+    force = OMEGA**2 * 0.05 * CRAZYFLIE.mass / times
+    assert swing._own_motion(known.problem, OMEGA, force) is own
+    assert not swing._own_motion(known.problem, 2 * OMEGA, force)

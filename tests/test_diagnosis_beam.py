@@ -259,3 +259,15 @@ def test_a_set_that_is_fitted_better_from_other_starts_is_looked_around_in_anew(
     beam.looked_around.add(best.names)
     assert not beam._fitted_better()  # nothing that was not tried
     assert best.names in beam.looked_around
+
+
+@pytest.mark.parametrize(("fall", "kept"), [(0.02, True), (1e-5, False)])
+def test_a_fit_of_a_known_set_is_another_one_where_it_leaves_less_beyond_rounding(fall: float, kept: bool) -> None:
+    selection = with_names(("wind",))
+    beam, known = Beam(selection), selection.present
+    beam._keep(known)
+    selection._larger[known.names] = [known]
+    other = replace(known, fit=replace(known.fit, loss=(1 - fall) * known.fit.loss))
+    beam._keep(other)
+    assert (beam.sets[known.names] is other) is kept
+    assert (known.names in selection._larger) is not kept

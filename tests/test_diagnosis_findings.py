@@ -113,14 +113,19 @@ def test_what_stands_for_a_finding_is_named_once_and_what_parts_them_where_somet
     assert alone.share > 0.9
 
 
-@pytest.mark.parametrize(("every", "hidden"), [(5, {}), (1, {"torque_scale": {"kx": 0.6, "ky": 0.6, "kz": 0.6}})])
+@pytest.mark.parametrize(
+    ("every", "scale", "doubtful"),
+    [(5, {}, True), (5, {"kz": 0.5}, True), (5, {"kz": 0.2}, False), (1, {"kx": 0.6, "ky": 0.6, "kz": 0.6}, False)],
+    ids=["right", "half of one", "a fifth of one", "weak"],
+)
 def test_torques_that_look_weak_are_doubtful_where_commands_changed_between_rows(
-    every: int, hidden: dict[str, dict[str, float]]
+    every: int, scale: dict[str, float], doubtful: bool
 ) -> None:
-    """Held over a row of five they turn the model by more than they turned the robot, which misses nothing."""
+    """Held over a row of five they turn the model by more than they turned the robot; not by three times as much."""
+    hidden = {"torque_scale": {"kx": 1.0, "ky": 1.0, "kz": 1.0} | scale} if scale else {}
     flights = motor_flights(every=every, period=0.01 / every, seconds=3.0, hidden=hidden, names=("circle", "hover"))
     found = only(chosen("torque_scale", equations(every=1), flights))
-    assert (found.doubtful, found.fix == AS_SENT) == (not hidden, not hidden)
+    assert (found.doubtful, found.fix == AS_SENT) == (doubtful, doubtful)
 
 
 def test_what_was_settled_before_the_search_stands_with_what_was_found() -> None:

@@ -20,10 +20,12 @@ from sym2real.diagnosis.predict.candidate import candidates
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.search.needed import (
+    Needed,
     Predicted,
     by_others,
     fold_of_log,
     judged_horizons,
+    keep_needed,
     largest_rise,
     left_out_sets,
     no_worse,
@@ -106,6 +108,8 @@ def test_logs_too_short_to_predict_bear_out_whatever_was_chosen() -> None:
     assert predicted.bears_out(selection.present)
     assert predicted.small() == ()
     assert predicted.needs_most([selection.present]) is None
+    assert keep_needed(predicted) == Needed()
+    assert selection.present.names == {"wind"}
 
 
 def rung(value: float, low: float, drawn: float | None = None, **more: bool) -> Rung:

@@ -111,4 +111,5 @@ def _astray(flown: Trajectory, log: Trajectory) -> float:
     """Squares of how far a flight is off a log's places, over those of the log's own about their mean."""
     places = [log.layouts.state.index(column) for field in log.layouts.state.placing for column in field.columns]
     own = log.state[: len(flown), places]
-    return float(np.sum((flown.state[:, places] - own) ** 2) / max(1e-300, np.sum((own - own.mean(0)) ** 2)))
+    apart, spread = (float(np.square(part).sum()) for part in (flown.state[:, places] - own, own - own.mean(0)))
+    return apart / max(1e-300, spread)

@@ -92,5 +92,5 @@ def _score(selection: Selection, windows: Problem, kept: Sequence[Candidate]) ->
     values = parameter_set(selection, kept, selection.fit.values)
     predicted = windows.states(values[None])[0, :, -1]
     errors = finite_errors(windows.segments.layout, predicted, windows.segments.measured[:, -1])
-    squares = [float((errors[name] ** 2).mean()) for name in judged(errors)]
+    squares = [float(np.square(errors[name]).mean()) for name in judged(errors)]
     return float(np.log(np.maximum(squares, LEAST)).sum())

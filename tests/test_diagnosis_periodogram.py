@@ -201,3 +201,21 @@ def test_a_path_is_the_robot_s_own_where_it_swings_by_three_times_what_such_a_fo
     force = OMEGA**2 * 0.05 * CRAZYFLIE.mass / times
     assert swing._own_motion(known.problem, OMEGA, force) is own
     assert not swing._own_motion(known.problem, 2 * OMEGA, force)
+
+
+def test_motion_is_place_and_velocity_in_the_middle_of_every_piece_about_their_means() -> None:
+    """Of x = t²/2 and y = t the velocity of one and the place of the other are the time of the piece's middle."""
+    logs = []
+    for log in flights():
+        time, state = log.time - log.time[0], log.state.copy()
+        for column, place in (("x", time**2 / 2), ("y", time), ("z", np.ones(len(time)))):
+            state[:, log.layouts.state.index(column)] = place
+        logs.append(replace(log, state=state))
+    known = weighed_problems(Library.of(CRAZYFLIE.nominal(), []), Dataset(logs))
+    rows = swing._rows(known, known.library.null, ["fx"])
+    for log in np.unique(rows.log):
+        mine = torch.as_tensor(rows.log == log)
+        time, zero = rows.time[mine] - rows.time[mine].mean(), torch.zeros_like(rows.time[mine])
+        _, y, z, of_x, of_y, of_z = rows.motion[mine].unbind(-1)
+        for found, expected in ((y, time), (of_x, time), (z, zero), (of_y, zero), (of_z, zero)):
+            torch.testing.assert_close(found, expected, rtol=1e-9, atol=1e-9)

@@ -9,11 +9,14 @@ import pytest
 from noisy_flights import flights_with_all
 from weighed_problems import weighed_problems
 
+from sym2real.dataset import Dataset
 from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.quadratic import Hypothesis
 from sym2real.diagnosis.predict.candidate import Candidate, candidates
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.score.importance import by_importance
+from sym2real.diagnosis.search import narrow
+from sym2real.diagnosis.search.needed import Predicted
 from sym2real.diagnosis.search.select import REFITTED, Selection, parameter_set
 from sym2real.effects import effect
 from sym2real.robots import CRAZYFLIE
@@ -152,3 +155,14 @@ def test_what_the_next_run_has_anew_comes_last_however_much_it_moves() -> None:
     own = Selection(weighed, (tilt, mass), library.null)
     own.put([tilt, mass], weighed.fit([Hypothesis(own.free([tilt, mass]), library.null)])[0])
     assert [one for one, _ in by_importance(own)] == [mass, tilt]
+
+
+@pytest.mark.parametrize(("late", "stands"), [("added_mass", True), ("linear_drag", False)])
+def test_what_joins_late_stands_where_no_set_around_refutes_it(late: str, stands: bool) -> None:
+    """Of logs too short to predict: nothing else speaks against a drag that is not there."""
+    own = selection("wind")
+    (joined,) = own.ranked(own.present, [one for one in own.candidates if one.name == late])
+    predicted = Predicted(own, own.problems.library, Dataset([own.problems.data[0].rows(0, 14)]))
+    assert predicted.bears_out(joined)
+    assert narrow._stands(predicted, joined) is stands
+    assert own.present.names == {"wind"}  # nobody has joined yet

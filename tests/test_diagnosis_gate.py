@@ -427,3 +427,54 @@ def test_pieces_that_hardly_count_are_told_with_their_log_and_time() -> None:
         f"1 of {len(trust)} pieces, in 1 of 1 logs, are unlike all others and hardly count: "
         f"look at {log.name} ({first:.1f} to {last:.1f} s)"
     )
+
+
+def by_size(**errors: tuple[float, float]) -> Rung:
+    """Errors by channel, each with half of its interval."""
+    own = {name: RungError(size, size, size - half, size + half, "") for name, (size, half) in errors.items()}
+    return Rung("", {0.8: own})
+
+
+@pytest.mark.parametrize(
+    ("after", "best", "falling", "worse", "fallen"),
+    [
+        (((0.5, 0.01), (0.8, 0.01)), "position", {"position", "attitude"}, (), True),
+        (((0.5, 0.6), (0.8, 0.01)), "attitude", {"attitude"}, (), True),  # the larger fall is chance
+        (((0.5, 0.6), (0.95, 0.01)), "attitude", {"attitude"}, (), False),  # surely, and less than a tenth
+        (((0.5, 0.6), (0.9, 0.9)), "position", set(), (), False),
+        (((1.5, 0.01), (0.5, 0.01)), "attitude", {"attitude"}, ("position",), False),  # one falls, and one rises
+        (((1.5, 0.01), (1.05, 0.9)), "attitude", set(), ("position",), False),  # the least rise is the best there is
+        (((1.2, 0.01), (1.5, 0.01)), "position", set(), ("attitude", "position"), False),  # the largest rise first
+    ],
+)
+def test_of_all_errors_the_surest_and_largest_fall_is_the_best_and_sure_rises_are_worse(
+    after: tuple[tuple[float, float], ...], best: str, falling: set[str], worse: tuple[str, ...], fallen: bool
+) -> None:
+    position, attitude = after
+    before = by_size(position=(1.0, 0.01), attitude=(1.0, 0.01), velocity=(1.0, 0.01))
+    gate = Gate(before, by_size(position=position, attitude=attitude, velocity=(9.0, 0.01)))  # which nobody judges
+    assert gate.best is not None
+    assert (gate.best.channel, gate.falling, gate.fallen) == (best, falling, fallen)
+    assert tuple(rise.channel for rise in gate.worse) == worse
+    assert gate.passed is fallen
+    written = gate.to_dict()
+    assert written is not None
+    assert (written["passed"], written["best"]["channel"], len(written["worse"])) == (fallen, best, len(worse))
+    for some in (Gate(before, None), Gate(None, before), Gate()):
+        assert (some.best, some.worse, some.falling, some.to_dict()) == (None, (), set(), None)
+        assert some.passed
+
+
+@pytest.mark.parametrize(
+    ("part", "surely", "text"),
+    [
+        (0.5, True, "falls by 50 %"),
+        (0.5, False, "falls by 50 %, within chance"),
+        (0.05, False, "falls by 5 %"),
+        (-0.5, True, "rises by 50 %"),
+        (-0.5, False, "rises by 50 %, within chance"),
+        (0.0, True, "falls by 0 %"),
+    ],
+)
+def test_a_change_within_chance_is_said_to_be_so_where_it_would_matter(part: float, surely: bool, text: str) -> None:
+    assert Fall(0.8, "position", part, surely).text == f"of position after 0.8 s {text}"

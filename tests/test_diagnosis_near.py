@@ -20,7 +20,7 @@ from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.search.effect_set import EffectSet
 from sym2real.diagnosis.search.intervals import estimates, none_within
 from sym2real.diagnosis.search.narrow import join_narrow
-from sym2real.diagnosis.search.near import Near, Place, groups_of
+from sym2real.diagnosis.search.near import Near, Place, as_good, groups_of
 from sym2real.diagnosis.search.needed import Needed, Predicted, keep_needed
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.search.settled import plainer_set, refuted, settle
@@ -437,3 +437,23 @@ def narrowed(selection: Selection, key: str, most: float) -> Selection:
     )
     problem = Problem(replace(library, slots=slots), problems.problem.data, problems.problem.segments)
     return Selection(replace(problems, problem=problem), selection.candidates, selection.origin)
+
+
+@pytest.mark.parametrize(
+    ("without", "alternative", "good"),
+    [
+        ([2.0] * 4, [1.005] * 4, True),  # less than what any finding needs, however sure
+        ([2.0] * 4, [1.05] * 4, False),
+        ([2.0] * 4, [0.6, 1.5, 0.6, 1.5], True),  # folds do not agree
+        ([2.0] * 4, [2.1] * 4, False),  # no better than nothing in that place
+        ([1.002] * 4, [1.0001] * 4, True),  # worth little, as the finding is: nearly all of it
+        ([1.002] * 4, [1.0005] * 4, False),
+    ],
+)
+def test_an_alternative_is_as_good_where_it_saves_what_the_finding_does_and_is_worth_its_place(
+    without: list[float], alternative: list[float], good: bool
+) -> None:
+    near = Near.of(chosen(("wind",), "wind"))
+    folds = torch.ones(4, dtype=torch.float64)
+    near = replace(near, present=replace(near.present, held_out=1e4 * folds))
+    assert as_good(near, 1e4 * torch.tensor(without) * folds, 1e4 * torch.tensor(alternative) * folds) is good

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import cache
 
+import numpy as np
 import pytest
 from handwritten import boat, sailed
 from motor_flights import equations, motor_flights
@@ -19,7 +20,7 @@ from sym2real.diagnosis.score.finding import AS_SENT, Finding, findings, shares_
 from sym2real.diagnosis.search.intervals import about
 from sym2real.diagnosis.search.select import Selection
 from sym2real.effects import effect
-from sym2real.effects.voltage import VOLTAGE
+from sym2real.effects.voltage import VOLTAGE, with_voltage
 from sym2real.experiments.noisy_runs import noisy_runs
 from sym2real.robots import CRAZYFLIE, MUSHR
 from sym2real.symbolic import Equations
@@ -81,6 +82,16 @@ def turned(key: str, value: float) -> Selection:
 def only(selection: Selection, groups: dict[str, tuple[str, ...]] | None = None) -> Finding:
     (found,) = findings(selection, None, groups or {}, None)
     return found
+
+
+@pytest.mark.parametrize(("key", "voltage"), [("battery_sag", 3.9), ("wind", None)])
+def test_a_finding_that_goes_by_the_voltage_says_at_which_the_thrust_map_holds(key: str, voltage: float | None) -> None:
+    base, logs = with_voltage(CRAZYFLIE.nominal(), 3.9), []
+    for log in flights():
+        falling = np.linspace(4.1, 3.7, len(log))[:, None]
+        layouts = replace(log.layouts, inputs=base.layouts.inputs)
+        logs.append(replace(log, layouts=layouts, inputs=np.hstack([log.inputs, falling])))
+    assert only(chosen(key, base, Dataset(logs))).voltage == voltage
 
 
 def test_a_gain_by_which_a_command_has_another_unit_is_said_to_look_so() -> None:

@@ -19,6 +19,7 @@ from sym2real.diagnosis.estimate.whitening import Spread, disturbances, free_sta
 from sym2real.diagnosis.predict.candidate import candidates
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
+from sym2real.diagnosis.search.near import by_own_starts
 from sym2real.diagnosis.search.needed import (
     Needed,
     Predicted,
@@ -165,6 +166,19 @@ def test_a_covariance_by_another_one_s_noise_and_disturbances_has_these() -> Non
     alike = spread.like(other)
     assert alike.disturbances == pytest.approx(other.disturbances, rel=1e-12)
     torch.testing.assert_close(alike.sensor, other.sensor, rtol=1e-12, atol=0.0)
+
+
+def test_a_set_by_its_own_starts_has_the_price_of_what_these_leave() -> None:
+    """One that leaves so much that starts do not matter stays as it is."""
+    known = four()
+    spread = Spread.of(known.problems.problem, known.problems.library.null)
+    selection = Selection(replace(known.problems, spread=spread), known.candidates, known.origin)
+    selection.put(known.chosen, known.fit)
+    by_own = by_own_starts(selection, selection.present)
+    assert not torch.equal(by_own.held_out, selection.present.held_out)
+    assert by_own.price == pytest.approx(selection.price(float(by_own.held_out.sum()), 1))
+    nothing = selection.without(selection.present, selection.chosen[0])
+    assert by_own_starts(selection, nothing) is nothing
 
 
 def test_nothing_that_was_chosen_is_no_number() -> None:

@@ -271,3 +271,12 @@ def test_a_fit_of_a_known_set_is_another_one_where_it_leaves_less_beyond_roundin
     beam._keep(other)
     assert (beam.sets[known.names] is other) is kept
     assert (known.names in selection._larger) is not kept
+
+
+def test_a_search_does_not_look_around_twice_in_one_set() -> None:
+    selection = selection_of(problems()[1][:1])
+    beam = Beam(selection)
+    beam._keep(selection.present)
+    assert next(beam._waiting()) is selection.present
+    beam._look_around(selection.present)
+    assert selection.present.names not in {effects.names for effects in beam._waiting()}

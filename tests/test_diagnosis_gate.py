@@ -330,6 +330,9 @@ def test_the_sentence_begins_with_the_verdict() -> None:
     assert "the attitude error stays 2.0 times what noise and disturbances make, and what was found may stand" in part
     near = summary("EFFECT", Parts((), (lag,), left[:1], fallen, (stage("+ lag", 0.5, 0.6),), floor))
     assert "is left (R² 0.11); what was found may stand" in near
+    silent = summary("EFFECT", Parts((), (lag,), (), fallen, (fallen.after,), floor))
+    assert silent.endswith("attitude error stays 2.0 times what noise and disturbances make, and no test says by what.")
+    assert "no test says" not in summary("EFFECT", Parts((), (lag,), (), both, (both.after,), floor))
 
 
 def test_beside_a_fault_what_predictions_do_not_bear_out_is_not_missing() -> None:

@@ -9,7 +9,7 @@ from sym2real.diagnosis.errors.rungs import Rung
 from sym2real.diagnosis.score.finding import Finding
 from sym2real.diagnosis.score.held_out import Gate
 from sym2real.diagnosis.settings import SETTINGS
-from sym2real.diagnosis.unexplained.explaining import disturbed_most, judged_at
+from sym2real.diagnosis.unexplained.explaining import beyond_times, disturbed_most, judged_at
 from sym2real.diagnosis.unexplained.leftover import Leftover
 from sym2real.effects.few_words import in_few_words
 from sym2real.report.leftover import measure, statement
@@ -36,7 +36,8 @@ def summary(answer: Verdict, parts: Parts, interrupted: str = "") -> str:
         announced = [finding for finding in clear if not finding.small] or clear
         small = [finding for finding in clear if finding not in announced]
         unclear = _beside([finding for finding in findings if finding.doubtful], gate)
-        established = [*_missing(announced, parts.ladder), *rest, *doubt, *_small(small), *unclear]
+        stays = doubt or _nameless(parts)
+        established = [*_missing(announced, parts.ladder), *rest, *stays, *_small(small), *unclear]
         clauses += established if gate.passed else [*_beside(findings, gate), *rest]
         clauses += [] if findings or left else [f"beside that {_nothing(parts)}"]
     elif answer == "UNEXPLAINED":
@@ -56,15 +57,27 @@ def summary(answer: Verdict, parts: Parts, interrupted: str = "") -> str:
 
 def _doubt(parts: Parts) -> str:
     """That an effect outside the catalogue pulls at those inside, and how far from noise it leaves the errors."""
-    doubt = "what was found may stand for a part of that"
-    if not (parts.ladder and parts.ladder[-1].horizons and parts.floor):
-        return doubt
-    errors, level = parts.ladder[-1].horizons[parts.ladder[-1].nearest(JUDGED_AT)], judged_at(parts.floor)
-    times, name = max((errors[name].value / max(level.errors[name][0], 1e-12), name) for name in judged(errors))
+    doubt, (times, name) = "what was found may stand for a part of that", _above_floor(parts)
     stays = f"the {name} error stays {times:.1f} times what noise and disturbances make"
     if times <= SETTINGS.gap:
         return doubt
     return f"{stays}, and {doubt}" if name in parts.gate.falling else stays
+
+
+def _nameless(parts: Parts) -> list[str]:
+    """That errors surely stay above what noise and disturbances make, though nothing says by what."""
+    (times, name), sure = _above_floor(parts), beyond_times(parts.ladder, parts.floor, SETTINGS.above_noise)
+    if times <= SETTINGS.gap or not any(name == other for _, other in sure):
+        return []
+    return [f"the {name} error stays {times:.1f} times what noise and disturbances make, and no test says by what"]
+
+
+def _above_floor(parts: Parts) -> tuple[float, str]:
+    """The judged error that is furthest above noise and disturbances: how many times, and its name."""
+    if not (parts.ladder and parts.ladder[-1].horizons and parts.floor):
+        return 0.0, ""
+    errors, level = parts.ladder[-1].horizons[parts.ladder[-1].nearest(JUDGED_AT)], judged_at(parts.floor)
+    return max((errors[name].value / max(level.errors[name][0], 1e-12), name) for name in judged(errors))
 
 
 def _nothing(parts: Parts) -> str:

@@ -373,6 +373,8 @@ NAMES = {
 UNITS = {
     "thrust_cmd_N": ("thrust", "N"),
     "thrust_mN": ("thrust", "mN"),
+    "thrust_sp_g": ("thrust", "gf"),
+    "thrust_grams": ("thrust", "gf"),
     "thrust_m_s2": ("thrust", "m/s^2"),
     "v_set_kmh": ("speed", "km/h"),
     "speed_m_per_s": ("speed", "m/s"),

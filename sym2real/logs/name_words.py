@@ -23,6 +23,7 @@ TAILS: dict[tuple[str, ...], str] = {
 LETTERS = (
     (("m", "n"), "mN", WORDS["thrust"] | WORDS["force"]),
     (("n",), "N", WORDS["thrust"] | WORDS["force"]),
+    (("g",), "gf", WORDS["thrust"] | WORDS["force"]),
     (("mnm",), "mN m", WORDS["torque"]),
     (("nm",), "N m", WORDS["torque"]),
     (("m", "v"), "mV", WORDS["battery"]),

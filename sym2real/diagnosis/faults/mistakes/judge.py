@@ -85,8 +85,8 @@ def _late_commands(balances: Balances, data: Dataset) -> Breach | None:
     most = int(np.argmax(old - new))
     shown = _evidence(balances(data).names[most], old[most], new[most])
     # A gyro that is read when the next command is out says that commands are late, and the heading that they are not.
-    contradicted = (new > SETTINGS.far * np.maximum(old, ROUNDING)).any()
-    return Breach(late, shown) if new[most] < SETTINGS.mostly and not contradicted else None
+    times = new / np.maximum(old, ROUNDING)
+    return Breach(late, shown) if new[most] < SETTINGS.mostly and times.max() <= SETTINGS.far else None
 
 
 def _those_late(model: Equations, data: Dataset, late: Late, likelihood: float) -> Late:

@@ -105,7 +105,7 @@ def _factors(products: Products, sensor: Tensor, power: Tensor) -> tuple[Tensor,
     scale = torch.cat([power.new_ones(products.starts), power.sqrt().repeat_interleave(each)])
     inside = (weight @ products.inner).unflatten(-1, (size, size))  # (S, K, K)
     along = weight @ products.outer  # (S, K)
-    unit = torch.eye(size, dtype=scale.dtype)
+    unit = torch.eye(size)
     root = torch.linalg.solve_triangular(root_plus_identity(inside * scale * scale[:, None]), unit, upper=False)
     spread = scale * (root.mT @ root) * scale[:, None]  # covariance of the columns' coefficients
     held = (spread @ along[..., None])[..., 0]

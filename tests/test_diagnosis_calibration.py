@@ -11,6 +11,7 @@ from noisy_flights import flights_with
 from weighed_problems import weighed_problems
 
 from sym2real.dataset import Dataset
+from sym2real.diagnosis.estimate import calibrate
 from sym2real.diagnosis.estimate.calibrate import Calibration, by_log, cleaned
 from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.preparation import CONTRADICTED, Prepared, uncalibrated
@@ -152,3 +153,15 @@ def test_what_would_explain_all_that_is_left_is_suspect_where_it_is_not_beyond_c
     ((key, part),) = alone.suspects().items()
     assert key == "offset:steer"
     assert 0.9 < part <= 1.0
+
+
+def test_a_constant_of_a_base_may_be_anything_from_none_to_twice_itself() -> None:
+    """And one that is nearly zero something small of either sign."""
+    base = MUSHR.nominal().substitute({"speed": 0.93 * symbol("speed") + 1e-5})
+    constants = {slot.parameter.null: slot.parameter for slot in calibrate._of_constants(base).slots}
+    for value in (0.93, 1e-5):
+        nearest = min(constants, key=lambda null: abs(abs(null) - value))
+        assert abs(nearest) == pytest.approx(value, rel=0.1)
+        low, high = constants[nearest].low, constants[nearest].high
+        reach = max(value, 1e-3)
+        assert (low, high) == pytest.approx((nearest - reach, nearest + reach), abs=1e-3 * reach)

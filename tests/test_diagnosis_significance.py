@@ -206,3 +206,12 @@ def test_an_effect_that_moves_few_directions_needs_their_part_of_the_gain_where_
     problems, mass = flown(8)
     late = replace(mass, needs_start=True)
     assert least_gain(problems, late, problems.library.null, 1) == SETTINGS.gain_of(1)
+
+
+def test_a_parameter_that_one_cluster_alone_tells_is_none_without_that_cluster() -> None:
+    """So n values, all alike but one that is none: their jackknife has one deviation, n/(n - 1) times as small."""
+    columns = np.zeros((CLUSTERS, 1))
+    columns[0] = 3.0
+    noise = 0.1 * np.random.default_rng(0).standard_normal(CLUSTERS)
+    chance = distance(columns, noise, 1.0, [0]).chance(np.arange(CLUSTERS))
+    assert chance == pytest.approx(2 * stats.t.sf(CLUSTERS / (CLUSTERS - 1), CLUSTERS - 1))

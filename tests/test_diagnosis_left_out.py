@@ -19,6 +19,7 @@ from sym2real.diagnosis.estimate.whitening import Spread, disturbances, free_sta
 from sym2real.diagnosis.predict.candidate import candidates
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
+from sym2real.diagnosis.score.held_out import LadderModels
 from sym2real.diagnosis.search.near import by_own_starts
 from sym2real.diagnosis.search.needed import (
     Needed,
@@ -33,7 +34,7 @@ from sym2real.diagnosis.search.needed import (
     parts_of_others,
     scored_after,
 )
-from sym2real.diagnosis.search.select import Selection
+from sym2real.diagnosis.search.select import Selection, parameter_set
 from sym2real.effects import effect
 from sym2real.layout import Layout
 from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, quadrotor
@@ -94,6 +95,25 @@ def test_of_a_single_log_the_first_two_thirds_predict_the_last() -> None:
     (values,) = left_out_sets(selection, selection.chosen, selection.fit)
     assert values[selection.chosen[0].slots].tolist() == pytest.approx(list(WIND.values()), rel=0.2)
     assert not torch.equal(values, selection.fit.values)
+
+
+def test_a_ladder_of_the_logs_of_the_fit_leaves_each_of_them_out_and_one_of_others_none() -> None:
+    selection, single = four(), one()
+    library, logs = selection.problems.library, selection.problems.data
+    same, others = (LadderModels.of(library, selection, same=own) for own in (True, False))
+    assert [name for name, _ in same.models] == ["base", "+ wind"]
+    for steps in (same, others):
+        assert torch.equal(steps.models[0][1], library.null[None])
+    assert torch.equal(same.models[1][1], left_out_sets(selection, selection.chosen, selection.fit))
+    assert torch.equal(others.models[1][1], parameter_set(selection, selection.chosen, selection.fit.values)[None])
+    assert same.fold_of is not None
+    assert same.fold_of.tolist() == [0, 1, 2, 3]
+    assert others.fold_of is None
+    assert same.names_of(logs) == tuple(log.name for log in logs)
+    behind = LadderModels.of(library, single, same=True)
+    assert (same.after, others.after, behind.after) == (0.0, 0.0, pytest.approx(2 / 3))
+    assert LadderModels.of(library, single, same=False).after == 0.0
+    assert behind.names_of(single.problems.data) == (f"{single.problems.data[0].name} (last third)",)
 
 
 def test_errors_are_judged_as_far_as_a_controller_looks_and_after_a_free_run() -> None:

@@ -146,6 +146,8 @@ def test_a_swing_is_found_where_one_is_with_its_frequency_and_phases() -> None:
     assert abs(found.omega - OMEGA) < 4 * found.deviation
     assert found.deviation < 0.01 * OMEGA
     np.testing.assert_allclose(np.cos(found.phases), 1.0, atol=0.05)
+    rows = swing._rows(known, known.library.null, ["fx", "fy", "fz"])
+    assert swing._size(rows, found.omega) == pytest.approx(np.hypot(0.012, 0.006), rel=0.15)  # N
     again = find_swing(looser(known, 3.0), known.library.null, 0.01)
     assert again is not None
     assert again.omega == pytest.approx(found.omega)

@@ -83,12 +83,15 @@ class Sent:
         return self.commands[step]
 
 
-def test_where_a_regulator_does_something_else_what_was_sent_is_sent_again(tmp_path: Path) -> None:
-    """A carriage on a spring that is held 1 m from where it rests, by a force that trembles."""
+@pytest.mark.parametrize(("place", "tremble"), [(1.0, 0.3), (0.02, 0.0)], ids=["far", "near, and still"])
+def test_where_a_regulator_does_something_else_what_was_sent_is_sent_again(
+    place: float, tremble: float, tmp_path: Path
+) -> None:
+    """A carriage on a spring of 2 N/m is held where it does not rest, by a force that trembles or does not."""
     (file := tmp_path / "rail.xml").write_text(RAIL)
     robot, rng = Robot.from_mjcf(file, dt=0.02), np.random.default_rng(0)
-    pushes = 2.0 + np.repeat(rng.uniform(-0.3, 0.3, (8, 1)), 20, axis=0)
-    log = run_episode(MujocoPlant(robot), Sent(pushes), start=np.array([1.0, 0.0]), steps=len(pushes))
+    pushes = 2.0 * place + tremble * np.repeat(rng.uniform(-1.0, 1.0, (8, 1)), 20, axis=0)
+    log = run_episode(MujocoPlant(robot), Sent(pushes), start=np.array([place, 0.0]), steps=len(pushes))
     flown, _ = flown_along(robot.nominal(), MujocoPlant(robot), Dataset([log]))
     assert flown is not None
     np.testing.assert_allclose(flown[0].column("rail"), log.column("rail"), atol=1e-3)

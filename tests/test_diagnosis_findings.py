@@ -100,7 +100,7 @@ def test_a_gain_by_which_a_command_has_another_unit_is_said_to_look_so() -> None
     some = only(turned("gain:steer", 0.8))
     assert some.fix
     assert "looks the same" not in some.fix
-    aside = only(turned("offset:steer", 0.05))
+    aside = only(turned("offset:steer", float(np.deg2rad(1.0))))  # a degree, and no unit
     assert "looks the same" not in aside.fix
 
 

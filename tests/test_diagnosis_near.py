@@ -303,7 +303,7 @@ def test_a_plainer_set_of_which_two_effects_are_others_takes_the_place_of_what_s
     settle(predicted)
     assert selection.present.names == {mass.name, linear.name}
     selection.beside([gain, drag], selection.fit)
-    settle(predicted)
+    assert settle(predicted).dropped == ()
     assert {own.name for own in selection.chosen} in ({gain.name, drag.name}, {mass.name, drag.name})
 
 

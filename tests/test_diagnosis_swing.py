@@ -14,16 +14,20 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis import diagnose, plan
 from sym2real.diagnosis.estimate import swing
 from sym2real.diagnosis.estimate.fit import Problems
-from sym2real.diagnosis.estimate.preparation import whiten
+from sym2real.diagnosis.estimate.preparation import NO_SWING, whiten
 from sym2real.diagnosis.estimate.swing import Swing, find_swing
+from sym2real.diagnosis.pipeline import prepare
 from sym2real.diagnosis.predict.candidate import candidates, library_for
 from sym2real.diagnosis.predict.sensitivity import Problem
+from sym2real.diagnosis.question import Question
 from sym2real.diagnosis.settings import SETTINGS
-from sym2real.effects import effect
+from sym2real.effects import applicable, effect
+from sym2real.effects.inputs import ANGLE
 from sym2real.experiments.excitation import ColouredNoise
 from sym2real.experiments.models import cached_base
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.robots import CRAZYFLIE, ROBOTS
+from sym2real.stages import Stages
 from sym2real.trajectory import Trajectory
 
 OTHERS = (*LEFT_OUT, "rate_loop_gain", "mounting_tilt")
@@ -148,3 +152,19 @@ def test_frequencies_are_searched_alike_however_many_at_a_time(monkeypatch: pyte
         found.append(found_in(data))
     assert found[0] is not None
     assert found[0] == found[1]
+
+
+@pytest.mark.parametrize("hidden", [FORCE, {}], ids=["swings", "healthy"])
+def test_a_swing_is_settled_before_the_search_where_there_is_one_and_else_not_tested(hidden: dict[str, float]) -> None:
+    """Its angle is in the logs then, and the force along it competes."""
+    base, data = CRAZYFLIE.nominal(), flights_with("periodic_force" if hidden else "", hidden, steps=300)
+    exclude = [known.key for known in applicable(base) if known.key not in ("periodic_force", "wind")]
+    found = prepare(Question(base, data, exclude=exclude), Stages(lambda _: None))
+    tried = {candidate.name for candidate in found.candidates}
+    assert tried == {"wind", *(["periodic_force"] if hidden else [])}
+    assert (found.swing is not None) is bool(hidden)
+    assert all((ANGLE in log.extra) is bool(hidden) for log in found.checked.data)
+    if found.swing is not None:
+        assert found.swing.omega == pytest.approx(FORCE["omega"], rel=0.01)
+    told = {left_out.effect: left_out.reason for left_out in found.not_tested}
+    assert (told.get("periodic_force") == NO_SWING) is not bool(hidden)

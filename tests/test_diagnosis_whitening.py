@@ -142,3 +142,10 @@ def test_pieces_are_trusted_as_the_likeliest_of_student_s_distributions_says(spr
     assert bool(heavy) is not math.isinf(degrees)
     expected = (nu + size) / (nu + squares) if heavy else np.ones(SEGMENTS)
     np.testing.assert_allclose(found.trust.numpy(), expected, rtol=1e-6)
+
+
+def test_tails_compete_from_the_heaviest_that_have_a_variance_to_hardly_heavy_ones() -> None:
+    """Between neighbours no more than twice as many degrees of freedom."""
+    assert TAILS[0] <= 3.0
+    assert TAILS[-1] >= 80.0
+    assert all(1.0 < more / less <= 2.0 for less, more in pairwise(TAILS))

@@ -420,17 +420,16 @@ def test_of_commands_those_alone_are_late_that_are() -> None:
     assert (breach.transformation.columns, breach.transformation.rows) == (("steer",), 2)
 
 
-def steered(every: int = 1, time_constant: float = 0.0) -> Dataset:
-    """Noisy drives of a car of whose commands every so-manieth is logged, the one that was sent last before a row."""
-    model, rng = car(WHEELBASE, dt=0.05 / every, time_constant=time_constant), np.random.default_rng(5)
+def steered() -> Dataset:
+    """Noisy drives of a car without a servo."""
+    model, rng = car(WHEELBASE, dt=0.05), np.random.default_rng(5)
     noise, start = [*[1e-3] * 4, 0.02, 0.02, 0.01], np.array([0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0])
-    kept, logs = 1.0 - 0.1 / every, []
-    for steer, speed in lfilter([1.0 - kept], [1.0, -kept], rng.standard_normal((4, 2, 400 * every))):
-        action = np.column_stack([np.clip(0.3 * steer, -0.3, 0.3) * (every == 1), 1.0 + (every > 1) * speed])
+    logs = []
+    for steer in lfilter([0.1], [1.0, -0.9], rng.standard_normal((4, 400))):
+        action = np.column_stack([np.clip(0.3 * steer, -0.3, 0.3), np.full(400, 1.0)])
         state = rollout(compile_model(model, dtype=torch.float64), torch.as_tensor(start), torch.as_tensor(action))
-        state = np.vstack([start, state.numpy()[:-1]]) + rng.normal(0.0, noise, (len(action), 7))
-        sent = np.vstack([action[:1], action[:-1]]) if every > 1 else action
-        logs.append(Trajectory(np.arange(400) * 0.05, state[::every], sent[::every], np.zeros((400, 3)), model.layouts))
+        state = np.vstack([start, state.numpy()[:-1]]) + rng.normal(0.0, noise, (400, 7))
+        logs.append(Trajectory(np.arange(400) * 0.05, state, action, np.zeros((400, 3)), model.layouts))
     return Dataset(logs)
 
 
@@ -442,8 +441,3 @@ def test_a_gyro_that_is_read_when_the_next_command_is_out_makes_no_command_late(
     assert breach.transformation.rows == 1
     early = Dataset(Late("rate", ("wz",), 1, model.dt).undone(log) for log in plain)
     assert mistakes(model, early) == []
-
-
-def test_commands_that_change_between_the_rows_are_not_late() -> None:
-    """Those of a row and of the next tell as much of what the robot did between them."""
-    assert mistakes(car(WHEELBASE, dt=0.05, time_constant=0.03), steered(3, 0.03)) == []

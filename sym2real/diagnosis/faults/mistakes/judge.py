@@ -76,10 +76,6 @@ def _late_commands(balances: Balances, data: Dataset) -> Breach | None:
     beside = max(value for late, value in zip(lates, likely, strict=True) if late.rows <= 0)
     if not np.exp(2.0 * (beside - likely[best]) / sum(map(len, data))) < SETTINGS.mostly:  # or no number
         return None
-    # What changes between the rows as well is late by none: the mean of two rows tells more than the later one.
-    halfway = replace(lates[best], rows=lates[best].rows - 0.5)
-    if step_likelihood(balances.model, of_all(halfway, data)) > likely[best]:
-        return None
     late = _those_late(balances.model, data, lates[best], likely[best])
     old, new = (balances(logs).losses.mean(0) for logs in (data, of_all(late, data)))
     most = int(np.argmax(old - new))

@@ -216,19 +216,24 @@ def test_lost_data_land_blind(source: str) -> None:
     assert flown.link.stopped
 
 
+def while_blind(flown: Flown, happens: Callable[[], None]) -> None:
+    """Land, and let something happen once that is blind."""
+    measured = flown.link.state
+
+    def seen() -> Reading:
+        if flown.rows[-1].command.phase == "blind landing":
+            happens()
+        return measured()
+
+    flown.link.state = seen  # type: ignore[method-assign]
+    flown.down()
+
+
 def test_a_link_that_ends_while_it_lands_without_attitude_is_the_reason() -> None:
     flown = Flown()
     flown.hover(0.5)
     flown.link.lost["attitude"] = flown.clock.now()
-    read = flown.link.state
-
-    def seen() -> Reading:
-        if flown.rows[-1].command.phase == "blind landing":
-            flown.link.flags.add("lost")
-        return read()
-
-    flown.link.state = seen  # type: ignore[method-assign]
-    flown.down()
+    while_blind(flown, lambda: flown.link.flags.add("lost"))
     reasons = list(dict.fromkeys(row.command.reason for row in flown.rows if row.command.reason))
     assert "no attitude" in reasons[0]
     assert reasons[1:] == [flown.plant.ended] == ["the link to the robot has ended"]
@@ -254,15 +259,7 @@ def test_a_landing_steers_again_when_poses_come_back() -> None:
     flown = Flown()
     flown.hover(1.0)
     flown.link.lost["pose"] = flown.clock.now()
-    measured = flown.link.state
-
-    def recovering() -> Reading:
-        if flown.rows[-1].command.phase == "blind landing":
-            flown.link.lost.clear()
-        return measured()
-
-    flown.link.state = recovering  # type: ignore[method-assign]
-    flown.down()
+    while_blind(flown, flown.link.lost.clear)
     phases = [row.command.phase for row in flown.rows if row.command.verdict is not Verdict.GO]
     assert phases.index("blind landing") < phases.index("land")
     assert phases[-1] == "cut"

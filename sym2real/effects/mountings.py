@@ -233,10 +233,8 @@ def _lever_arm_report(state: Array, body: Body, values: Numbers) -> Array:
     layout, size = body.layouts.state, len(velocity(body))
     arm, rates = np.array([values.get(name, 0.0) for name in ARM]), np.zeros(3)
     if body.planar:
-        turn, rates[2] = (
-            Rotation.from_euler("Z", np.arctan2(*state[layout.indices(HEADING)])),
-            state[layout.index("wz")],
-        )
+        turn = Rotation.from_euler("Z", np.arctan2(*state[layout.indices(HEADING)]))
+        rates[2] = state[layout.index("wz")]
     else:
         turn, rates = Rotation.from_quat(np.roll(state[layout.indices(QUATERNION)], -1)), state[layout.indices(RATES)]
     state[layout.indices(POSITION.columns[:size])] += turn.apply(arm)[:size]

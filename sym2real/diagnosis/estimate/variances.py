@@ -77,7 +77,7 @@ class Products:
 
 def root_plus_identity(squares: Tensor) -> Tensor:
     """The lower triangular root of 1 + GᵀG ``# (…, K, K)``, where G may be so large that rounding hides the 1."""
-    whole = torch.eye(squares.shape[-1]) + squares
+    whole = torch.eye(squares.shape[-1], dtype=squares.dtype) + squares
     root: Tensor
     root, failed = torch.linalg.cholesky_ex(whole)
     if bool(failed.any()):
@@ -105,7 +105,7 @@ def _factors(products: Products, sensor: Tensor, power: Tensor) -> tuple[Tensor,
     scale = torch.cat([power.new_ones(products.starts), power.sqrt().repeat_interleave(each)])
     inside = (weight @ products.inner).unflatten(-1, (size, size))  # (S, K, K)
     along = weight @ products.outer  # (S, K)
-    unit = torch.eye(size)
+    unit = torch.eye(size, dtype=scale.dtype)
     root = torch.linalg.solve_triangular(root_plus_identity(inside * scale * scale[:, None]), unit, upper=False)
     spread = scale * (root.mT @ root) * scale[:, None]  # covariance of the columns' coefficients
     held = (spread @ along[..., None])[..., 0]

@@ -85,7 +85,7 @@ class Whitening:
     def deviance(self, residuals: Tensor) -> float:
         """Minus twice the logarithm of the likelihood of residuals ``# (S, R)``, but for what is the same for all."""
         seen = self.lost.mT @ (self.lost / self.weight[:, None])  # (S, K, K)
-        unit = torch.eye(seen.shape[-1])
+        unit = torch.eye(seen.shape[-1], dtype=seen.dtype)
         determinants = -torch.linalg.slogdet(unit - seen).logabsdet - self.weight.log().sum()
         return float((self.loss(residuals[None])[0] + determinants - residuals.shape[1] * self.trust.log()).sum())
 
@@ -224,7 +224,7 @@ def estimate(
             it acts are not to be taken for odd ones.
     """
     number = torch.tensor([sorted(set(channel)).index(name) for name in channel])  # (C,)
-    first = torch.as_tensor(noise).square()
+    first = torch.as_tensor(noise, dtype=torch.float64).square()
     sensor = torch.stack([first[number == name].mean() for name in range(int(number.max()) + 1)])
     power = torch.full((len(spread.names),), 0.25, dtype=torch.float64)
     rows = number.repeat(residuals.shape[1] // spread.components)

@@ -14,12 +14,13 @@ from sym2real.cli import main
 
 os.environ.setdefault("SYM2REAL_TRACEBACK", "1")  # an error that nobody foresaw is to fail a test with its traceback
 sys.path.append(str(Path(__file__).resolve().parents[1] / "tools" / "bench"))  # what tests and benches share
-# Files that take a processor for half a minute or more.
+# Files that take half a minute or more, or minutes with their slow tests.
 LONG = {
-    *("test_site", "test_level_ground", "test_experiments_study", "test_cli_found"),
-    *("test_diagnosis_slow_logs", "test_diagnosis_units", "test_faults_as_read", "test_neural_training"),
-    *("test_robots_from_mjcf", "test_diagnosis_mistakes", "test_robots_arm", "test_robots_differential_drive"),
-    *("test_robots_hexarotor", "test_hostile", "test_real_logs", "test_diagnosis_chain"),
+    *("test_hardware_crazyflie", "test_diagnosis_near", "test_diagnosis_sanity", "test_text_never_runs"),
+    *("test_site", "test_level_ground", "test_experiments_study", "test_cli_found", "test_adaptation_loop"),
+    *("test_diagnosis_slow_logs", "test_diagnosis_units", "test_robots_from_mjcf", "test_diagnosis_mistakes"),
+    *("test_robots_arm", "test_robots_differential_drive", "test_robots_hexarotor", "test_hostile", "test_real_logs"),
+    *("test_diagnosis_chain", "test_cli_streams"),
 }
 BESIDE_THE_CHECKOUT = Path(__file__).resolve().parents[2] / "shared" / "data"
 

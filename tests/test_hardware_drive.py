@@ -143,7 +143,7 @@ def test_a_script_that_is_killed_leaves_a_car_that_stops_and_a_record(
     assert "killed" in yaml.safe_load((out / "drive.yaml").read_text())["ended"]
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.slow)])
 def test_ctrl_c_brakes_and_closes_the_record(
     model: str, tmp_path: Path, fake: FakeMushr, number: signal.Signals
 ) -> None:

@@ -12,11 +12,11 @@ from noisy_flights import flights
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import compare, data_report, diagnose, plan, try_effect
-from sym2real.diagnosis.data.segments import cut
+from sym2real.diagnosis.data.segments import cut, segment_length
 from sym2real.diagnosis.errors.rungs import cut_notes
 from sym2real.diagnosis.question import Question, check_data
 from sym2real.errors import ShapeError
-from sym2real.robots import CRAZYFLIE
+from sym2real.robots import CRAZYFLIE, MUSHR, Robot
 
 BASE = CRAZYFLIE.nominal()
 
@@ -50,6 +50,13 @@ def test_a_short_piece_beside_a_log_is_left_out_and_noted() -> None:
 def test_a_log_too_short_for_a_segment_is_named() -> None:
     with pytest.raises(ShapeError, match="at least 46 moving rows, found 30 rows in hover"):
         cut(Dataset([replace(flights()[0].rows(0, 30), name="hover")]))
+
+
+@pytest.mark.parametrize(("robot", "seconds"), [(CRAZYFLIE, 0.5), (MUSHR, 1.0)], ids=["quadrotor", "car"])
+@pytest.mark.parametrize("rate", [50, 80, 200])
+def test_a_segment_lasts_as_long_whatever_the_rate_of_its_log(robot: Robot, seconds: float, rate: int) -> None:
+    """Of a car at 50 Hz, half a second said too little of what slows it."""
+    assert segment_length(robot.layouts.state, 1.0 / rate) / rate == pytest.approx(seconds)
 
 
 def test_a_frozen_log_is_said_to_be_frozen() -> None:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from sym2real.logs.dropouts import CUT
+from sym2real.logs.even_rows import with_even_stamps
 from sym2real.logs.resample import GAP_INTERVALS, REGULAR, gaps, is_regular, resample
 from sym2real.logs.standard import Standard
 from sym2real.logs.standing import in_motion
@@ -70,7 +71,10 @@ def resampled(log: Trajectory, dt: float) -> Trajectory:
         return log
     columns: dict[str, Array] = dict(log.extra)
     columns |= {name: log.column(name) for name in log.layouts.columns}
-    made = resample(Standard(log.time, columns, {}, log.notes), dt, log.layouts)
+    standard = with_even_stamps(Standard(log.time, columns, {}, log.notes), log.layouts.state)
+    if is_regular(standard.time, dt):
+        return replace(log, time=standard.time, notes=standard.notes)
+    made = resample(standard, dt, log.layouts)
     groups: dict[str, Any] = {
         group: np.column_stack([np.empty((len(made.time), 0)), *(made.columns[name] for name in layout)])
         for group, layout in log.layouts.groups.items()

@@ -15,6 +15,7 @@ from sym2real.field import Group
 from sym2real.layout import Layouts
 from sym2real.logs.derived import add_derived
 from sym2real.logs.dropouts import CUT, without_dropouts, without_repeats
+from sym2real.logs.even_rows import with_even_stamps
 from sym2real.logs.grouping import trajectory, visible
 from sym2real.logs.missing import listed, specification
 from sym2real.logs.of_model import for_model
@@ -24,7 +25,9 @@ from sym2real.logs.specification import LogSpec
 from sym2real.logs.standard import Standard, own_specification, stamps, standardise, tidy
 from sym2real.logs.table import Table
 from sym2real.trajectory import Trajectory, usual_interval
+from sym2real.vocabulary import VOCABULARY
 
+MEASURED = frozenset(column for group, field in VOCABULARY if group == "state" for column in field.columns)
 # Steps of the model between two rows; beyond, stamps are hardly in s.
 COARSEST = 20
 # Rows to a step of the model; an 8 kHz gyro has 400 in 0.05 s, stamps in s that are read as ms a thousand.
@@ -82,6 +85,7 @@ class Opened:
         if suffix:
             note = f"{CUT}: rows {self.table.lines[start]} to {self.table.lines[stop - 1]}"
             log = replace(log, notes=(*log.notes, note))
+        log = with_even_stamps(log, MEASURED.union(self.layouts.state if self.layouts else ()))
         log = add_derived(log, self.spec, self.layouts, self.dt)
         known = self.layouts or Layouts.of(log.columns)
         if not known.state.size:

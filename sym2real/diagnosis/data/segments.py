@@ -26,9 +26,10 @@ from sym2real.logs.noise import component_noise
 from sym2real.trajectory import Array
 from sym2real.vocabulary import JOINT_ANGLE, JOINT_DISPLACEMENT
 
-# Rows of a segment, more of a faster log: in a tenth of a second noise hides what moves a robot by metres in a second.
-LENGTH = {"attitude": 25, "heading": 20}
-OTHER_LENGTH, SECONDS = 25, 0.5
+# Fewest rows of a segment, and how long it is at least (s): in a tenth of a second noise hides what moves a robot by
+# metres in a second, and in half a second what slows a car.
+LENGTH = {"attitude": (25, 0.5), "heading": (20, 1.0)}
+OTHER_LENGTH = 25, 0.5
 # Rows of a log before the first segment: filters and smoothers settle in them.
 SETTLING = 12
 # Fewest rows before a segment, through which hidden states are brought to its start, and of longer logs for how long.
@@ -106,8 +107,8 @@ class Segments:
 
 def segment_length(layout: Layout, dt: float) -> int:
     """Rows of a segment for a robot with these state columns, a time step in s apart."""
-    fewest = next((LENGTH[field] for field in LENGTH if layout.has_field(field)), OTHER_LENGTH)
-    return max(fewest, round(SECONDS / dt))
+    rows, seconds = next((LENGTH[field] for field in LENGTH if layout.has_field(field)), OTHER_LENGTH)
+    return max(rows, round(seconds / dt))
 
 
 def cut(data: Dataset) -> Segments:

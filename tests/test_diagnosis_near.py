@@ -20,7 +20,7 @@ from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.search.effect_set import EffectSet
 from sym2real.diagnosis.search.intervals import estimates, none_within
 from sym2real.diagnosis.search.narrow import join_narrow
-from sym2real.diagnosis.search.near import Near, Place, as_good, groups_of
+from sym2real.diagnosis.search.near import Near, Place, _nearly, as_good, groups_of
 from sym2real.diagnosis.search.needed import Needed, Predicted, keep_needed
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.search.settled import plainer_set, refuted, settle
@@ -121,6 +121,26 @@ def test_another_value_beside_another_effect_is_none_only_where_it_is_none(times
     beside = Place(replace(wind, name="another"), other, (), outdone=False)
     assert not none_within(near, wind)
     assert none_within(replace(near, places=(place, beside)), wind) == none
+
+
+def test_a_set_is_its_best_fit_whatever_it_was_fitted_from() -> None:
+    """A joint's friction that was left of a friction and an armature was .9 N m instead of .5, and was given up."""
+    selection = chosen(("wind", "linear_drag"), "wind")
+    best, (wind,) = selection.present, selection.chosen
+    (worse,) = selection.problems.quadratics([Hypothesis(selection.free([wind]), selection.origin)])
+    assert worse.total > 2 * best.fit.total
+    assert selection.set_of([wind], worse).fit is best.fit
+    selection.put([wind], worse)
+    assert selection.fit is best.fit
+    assert selection.known[best.names].fit is best.fit
+
+
+@pytest.mark.parametrize(("price", "nearly"), [(10.0, True), (30.0, False)])
+def test_what_saves_nearly_as_much_is_not_outdone_by_what_is_not_likely(price: float, *, nearly: bool) -> None:
+    """Damping beyond all likelihood did a little more than a friction that did 99 %, and left nothing."""
+    present = chosen(("wind", "linear_drag"), "wind").present
+    here, unlikely, none = (replace(present, price=other) for other in (price, 5.0, 100.0))
+    assert _nearly(here, unlikely, none) == nearly
 
 
 def test_an_effect_that_is_not_there_weighs_little_against_the_one_that_is() -> None:

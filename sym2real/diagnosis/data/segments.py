@@ -28,8 +28,7 @@ from sym2real.vocabulary import JOINT_ANGLE, JOINT_DISPLACEMENT
 
 # Fewest rows of a segment, and how long it is at least (s): in a tenth of a second noise hides what moves a robot by
 # metres in a second, and in half a second what slows a car.
-LENGTH = {"attitude": (25, 0.5), "heading": (20, 1.0)}
-OTHER_LENGTH = 25, 0.5
+LENGTH, OF_A_CAR = (25, 0.5), (20, 1.0)
 # Rows of a log before the first segment: filters and smoothers settle in them.
 SETTLING = 12
 # Fewest rows before a segment, through which hidden states are brought to its start, and of longer logs for how long.
@@ -107,7 +106,7 @@ class Segments:
 
 def segment_length(layout: Layout, dt: float) -> int:
     """Rows of a segment for a robot with these state columns, a time step in s apart."""
-    rows, seconds = next((LENGTH[field] for field in LENGTH if layout.has_field(field)), OTHER_LENGTH)
+    rows, seconds = OF_A_CAR if layout.has_field("heading") else LENGTH
     return max(rows, round(seconds / dt))
 
 

@@ -29,15 +29,13 @@ from sym2real.diagnosis.search.effect_set import EffectSet
 from sym2real.diagnosis.search.narrow import join_narrow
 from sym2real.diagnosis.search.needed import Needed, Predicted
 from sym2real.diagnosis.search.pairs import hidden_pairs
-from sym2real.diagnosis.search.select import Selection
+from sym2real.diagnosis.search.select import BETTER, Selection
 from sym2real.diagnosis.search.settled import settle
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.stages import OnProgress, Stages
 
 # Cheapest sets of a size of which it is asked what one effect more promises, and those that are looked around in.
 SCREENED, WIDTH = 4, 2
-# Relative fall of the whitened squares by which a fit of the same set is another one.
-BETTER = 1e-4
 UNNEEDED = "beyond chance, but no prediction needs it, and whole logs do not establish it"
 TOO_LARGE = "not taken, because its fit lies at the end of what is likely"
 

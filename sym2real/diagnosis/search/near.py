@@ -39,7 +39,8 @@ class Place:
         empty: the others alone.
         alternatives: what was fitted in the effect's place, inside its bounds, best first; what surely costs less
             beside the effect is not in its place.
-        outdone: whether something at the end of what is likely costs surely less there than the chosen set.
+        outdone: whether something at the end of what is likely costs surely less there than the chosen set, which does
+            not save nearly as much.
     """
 
     candidate: Candidate
@@ -138,8 +139,14 @@ def _place(selection: Selection, candidate: Candidate, joined: Mapping[str, Effe
     others = [other for other in others if not selection.surely_cheaper(both[other.candidate.name], other)]
     inside = [other for other in others if not selection.at_bound(other.fit, other.candidate)]
     ends = [by_own_starts(selection, other) for other in others if other not in inside]
-    outdone = any(selection.surely_cheaper(other, present) for other in ends)
-    return Place(candidate, by_own_starts(selection, rest), by_price(selection, inside), outdone)
+    empty = by_own_starts(selection, rest)
+    outdone = any(selection.surely_cheaper(other, present) and not _nearly(present, other, empty) for other in ends)
+    return Place(candidate, empty, by_price(selection, inside), outdone)
+
+
+def _nearly(effects: EffectSet, other: EffectSet, fewer: EffectSet) -> bool:
+    """Whether a set saves nearly what another does beside one with fewer effects."""
+    return fewer.price - effects.price >= SETTINGS.nearly * (fewer.price - other.price)
 
 
 def by_own_starts(selection: Selection, effects: EffectSet) -> EffectSet:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import torch
 from torch import Tensor
@@ -21,6 +21,8 @@ from sym2real.effects.kind import Parameter
 REFITTED, PROMISING = 6, 0.3
 # Held-out loss of a set, and per effect beside it the loss that is promised, with its start.
 Screening = tuple[float, list[tuple[float, Candidate, Tensor]]]
+# Relative fall of the whitened squares by which a fit of the same set is another one.
+BETTER = 1e-4
 # In units of a parameter's scale: nearer to a bound a value is at it.
 AT_BOUND = 1e-6
 
@@ -56,10 +58,12 @@ class Selection:
         self.put([], self.problems.fit([Hypothesis((), self.origin)])[0])
 
     def set_of(self, chosen: Sequence[Candidate], fit: Fit) -> EffectSet:
-        """Effects, their joint fit, and its loss on what is left out."""
+        """Effects, their joint fit, and its loss on what is left out; of a set that is known the better fit."""
         held_out = self.problems.held_out(fit)
         made = EffectSet(tuple(chosen), fit, held_out, self.price(float(held_out.sum()), len(chosen)))
-        self.known[made.names] = min(self.known.get(made.names, made), made, key=lambda known: known.fit.total)
+        if (known := self.known.get(made.names, made)).fit.total < (1 - BETTER) * fit.total:
+            return replace(known, chosen=made.chosen)
+        self.known[made.names] = min(known, made, key=lambda effects: effects.fit.total)
         return made
 
     def price(self, loss: float, count: int) -> float:

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 
+from sym2real.diagnosis.faults.fault import Fault
 from sym2real.diagnosis.score.finding import Finding
 from sym2real.diagnosis.score.hypothesis_test import Alternative, HypothesisTest
 from sym2real.diagnosis.settings import SETTINGS
@@ -97,6 +98,15 @@ def test_what_is_outdone_comes_first_and_is_said_so() -> None:
         "The logs do not ask for wind and drag: together they lower the held-out loss by 12.3 %"
         "; sag in the place of drag lowers it by 30 %, and leaves too little for it."
     )
+
+
+def test_a_fault_of_the_logs_that_is_undone_before_the_fit_is_no_silent_refusal() -> None:
+    """A biased gyro's bias was NOT SUPPORTED, and nothing said that it had been taken off."""
+    fault = Fault("wind", "the logged wx is off", value=0.0397)
+    refused = replace(ASKED, supported=False, refused=("wind",), faults=(fault,))
+    assert ", once the fault of the logs is undone (wind (0.0397)), but" in refused.summary
+    assert "undone" not in replace(refused, faults=(replace(fault, effect="drag"),)).summary
+    assert "undone" not in replace(ASKED, faults=(fault,)).summary
 
 
 def test_the_written_answer_has_its_only_finding_twice_and_not_whether_logs_were_kept_apart() -> None:

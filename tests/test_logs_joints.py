@@ -8,7 +8,8 @@ import two_links
 
 from sym2real.errors import DataError
 from sym2real.logs import LogSpec, read_log
-from sym2real.robots import Robot
+from sym2real.logs.missing import require_columns
+from sym2real.robots import ROBOTS, Robot
 from sym2real.trajectory import Array
 
 LAYOUTS = Robot.from_mjcf(two_links.MJCF, name="links").layouts
@@ -102,3 +103,12 @@ def test_what_does_not_fit_the_model_is_refused(text: str, match: str, tmp_path:
     file = two_links.write(tmp_path / "log.csv", motion(TIME))
     with pytest.raises(DataError, match=match):
         read_log(file, LogSpec.parse(f"[time]\ncolumn = 'time'\n[columns]\n{text}"), LAYOUTS)
+
+
+def test_a_robot_that_was_taken_to_fly_is_told_how_to_stay_on_the_ground() -> None:
+    planar = "x y sin_yaw cos_yaw vx vy wz"
+    with pytest.raises(DataError, match=f"--state {planar}` makes a model of a robot that stays on the ground"):
+        require_columns("rover.csv", planar.split(), (), ROBOTS["hexarotor"].layouts)
+    with pytest.raises(DataError) as flying:  # one of whose columns is not named
+        require_columns("hexarotor.csv", ROBOTS["hexarotor"].layouts.state.columns[1:], (), ROBOTS["hexarotor"].layouts)
+    assert "ground" not in str(flying.value)

@@ -47,7 +47,7 @@ def require_columns(file: str | Path, standard: Collection[str], others: Collect
         return
     there = [*standard, *others]
     hints = [*_close(missing, others), *_other_interface(layouts, standard)]
-    hints += _derivable(missing, standard, layouts)
+    hints += [*_on_the_ground(missing, standard), *_derivable(missing, standard, layouts)]
     if others:
         hints += [f'`{missing[0]} = "…"` under [columns] of the specification names it', specification(file)]
     actual = "; ".join((f"only {listed(there)}", *hints))
@@ -96,6 +96,15 @@ def _other_interface(layouts: Layouts, standard: Collection[str]) -> list[str]:
         for column, words, interface in INTERFACES.values()
         if column in standard
     ]
+
+
+def _on_the_ground(missing: Collection[str], standard: Collection[str]) -> list[str]:
+    """A body of an MJCF that moves freely is taken to fly."""
+    flies = {*POSITION.columns, *ATTITUDE.columns} - {*missing, *standard}
+    if flies or not {*HEADING.columns} <= {*standard} or not {*ATTITUDE.columns} <= {*missing}:
+        return []
+    planar = (*POSITION.columns[:2], *HEADING.columns, *VELOCITY.columns[:2], RATE.columns[2])
+    return [f"`sym2real nominal mjcf … --state {' '.join(planar)}` makes a model of a robot that stays on the ground"]
 
 
 def _derivable(missing: Collection[str], standard: Collection[str], layouts: Layouts) -> list[str]:

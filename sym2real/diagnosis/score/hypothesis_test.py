@@ -93,28 +93,28 @@ class HypothesisTest:
         """One or two sentences a person reads."""
         names = " and ".join(finding.effect for finding in self.findings)
         lowered = f"{'it lowers' if len(self.findings) == 1 else 'together they lower'} the held-out loss by"
-        sentence = f"{names}: {lowered} {_percent(self.gain)}"
+        undone = [fault.name for fault in self.faults if fault.effect in self.refused]
+        rest = f", once the fault of the logs is undone ({', '.join(undone)})" if undone else ""
+        sentence = f"{names}: {lowered} {_percent(self.gain)}{rest}"
         if self.unneeded and set(self.refused) == set(self.unneeded):
             small = f"predictions do not need {' or '.join(self.unneeded)}"
             return f"The logs show {sentence}, but {small}, and whole logs do not establish it{self._better}."
         if self.outdone:
             return f"The logs do not ask for {sentence}{self._better}, and leaves too little for it."
         if not self.supported:
-            needed = SETTINGS.gain_of(len(self.findings))
-            if min(self.beside[key] for key in self.refused if key not in self.unneeded) > needed:
+            most = SETTINGS.gain_of(len(self.findings))
+            if min(self.beside[key] for key in self.refused if key not in self.unneeded) > most:
                 few = "too few independent pieces of these logs tell of it"
                 why = f"but {few}, or its fit ends where no value is likely"
                 return f"The logs do not establish {sentence}, {why}{self._refused}{self._better}."
-            least = f"up to {_percent(needed)} is needed"
-            return f"The logs do not ask for {sentence}; {least}{self._refused}{self._better}."
+            return f"The logs do not ask for {sentence}; up to {_percent(most)} is needed{self._refused}{self._better}."
         return f"The logs ask for {sentence}{self._better or self._others}."
 
     @property
     def _refused(self) -> str:
         """Of several, how much those that are not supported take."""
-        if len(self.findings) == 1:
-            return ""
-        return "".join(f"; {key} lowers what the others leave by {_percent(self.beside[key])}" for key in self.refused)
+        several = self.refused if len(self.findings) > 1 else ()
+        return "".join(f"; {key} lowers what the others leave by {_percent(self.beside[key])}" for key in several)
 
     @property
     def _better(self) -> str:

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from noisy_flights import flights_with
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import Diagnosis, diagnose
@@ -15,6 +16,7 @@ from sym2real.diagnosis.predict.competitors import EXCLUDED, NotTested
 from sym2real.diagnosis.score.finding import Finding
 from sym2real.diagnosis.unexplained.leftover import Leftover
 from sym2real.effects.manoeuvres import steady_speed
+from sym2real.effects.searching import LATER
 from sym2real.robots import CRAZYFLIE, car, quadrotor
 from sym2real.trajectory import Trajectory
 
@@ -102,6 +104,21 @@ def test_a_load_is_in_doubt_where_what_stands_for_it_is_named_or_too_little(
     own, data = (Doubt(("added_mass", "com_offset"), ("payload",)),), Dataset([drive(0, 8.0)])
     assert doubts(answer, CRAZYFLIE.nominal(), data) == (own if expected else ())
     assert doubts(answer, quadrotor(mass=0.03, attitude="measured"), data) == ()  # no rate is predicted
+
+
+def test_markers_away_from_the_centre_of_mass_are_found_in_flight_where_something_is_left() -> None:
+    """In every search the arm would take up what late velocities do."""
+    found = diagnose(CRAZYFLIE.nominal(), flights_with("lever_arm", {"rx": 0.08, "rz": 0.05}))
+    (arm,) = found.findings
+    assert (found.verdict, arm.effect) == ("EFFECT", "lever_arm")
+    for name, value in {"rx": 0.08, "ry": 0.0, "rz": 0.05}.items():
+        assert arm.parameters[name].low <= value <= arm.parameters[name].high
+        assert arm.parameters[name].high - arm.parameters[name].low < 0.02
+    still = diagnose(CRAZYFLIE.nominal(), flights_with("", {}))
+    assert {entry.effect: entry.reason for entry in still.not_tried}["lever_arm"] == LATER
+    assert doubts(replace(still, leftovers=(LEFT,)), CRAZYFLIE.nominal(), flights_with("", {})) == (
+        Doubt((), ("lever_arm",)),
+    )
 
 
 def test_what_lost_its_name_is_said_to_stand_behind_another_effect() -> None:

@@ -2,7 +2,8 @@
 
 At one speed tyres that slip do what a lever arm does, and the arm is named (``groups.py``). Drives at other speeds
 tell them apart, and where something is left beside the arm, the slip is put in its place. So is a load at an arm, where
-something is left beside a mass and a centre of mass, which stand for it.
+something is left beside a mass and a centre of mass, which stand for it. And what takes up much of what others do is
+tried only then: the lever arm of what is measured in flight.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from sym2real.diagnosis.score.held_out import Gate
 from sym2real.diagnosis.search.beam import SearchResult
 from sym2real.effects.catalogue import effect
 from sym2real.effects.groups import unnamed
+from sym2real.effects.searching import LATER
 from sym2real.symbolic import Equations
 
 INSTEAD = "another effect, which predicts these logs better, stands for it"
@@ -49,11 +51,11 @@ def doubts(answer: Diagnosis, equations: Equations, data: Dataset) -> tuple[Doub
     groups = [{finding.effect, *finding.group} for finding in answer.findings]
     behind = unnamed({finding.effect for finding in answer.findings}, data)
     found = [Doubt((behind[other.effect][0],)) for other in answer.not_tried if other.effect in behind]
-    for other in (effect(entry.effect, equations) for entry in answer.not_tried if entry.reason != EXCLUDED):
-        together = other.of.counts_as if other.of.parts and not other.why_not(equations) else ()
+    for own in (effect(entry.effect, equations) for entry in answer.not_tried if entry.reason != EXCLUDED):
+        together = own.of.counts_as if own.of.parts and not own.why_not(equations) else ()
         named = (any(key in group for group in groups) for key in together)
-        if together and (answer.verdict == "UNEXPLAINED" or all(named)):
-            found.append(Doubt(together, (other.key,)))
+        if own.searching.why_not(own.body) == LATER or (together and (answer.verdict == "UNEXPLAINED" or all(named))):
+            found.append(Doubt(together, (own.key,)))
     return tuple(dict.fromkeys(found))
 
 
@@ -73,7 +75,7 @@ def instead(scored: Scored | None, searched: Callable[[Question], Searched], dou
         found = {finding.effect for finding in other.findings} if other else set[str]()
         if other is None or not found.issuperset(doubt.included):
             return None
-        change = Gate(scored.gate.after, other.gate.after)
+        change = Gate(scored.gate.after or other.gate.before, other.gate.after)
         fewer = len(found.difference(doubt.included)) < len(beside)
         if not (change.fallen or (doubt.included and fewer and not change.worse)):
             return None

@@ -96,8 +96,8 @@ def diagnose(
     result, scored = _searched(stages, question)
     answer = _answer(stages, result, scored)
     for doubt in doubts(answer, result.prepared.library.base, result.prepared.checked.data):
-        others, named = partial(instead, scored, partial(_searched, stages)), " and ".join(doubt.named)
-        if better := stages.try_to(f"trying what {named} may stand for", others, doubt):
+        others = partial(instead, scored, partial(_searched, stages))
+        if better := stages.try_to("trying what else may be in the place of what is in doubt", others, doubt):
             result, scored = better.result, better
             answer = renamed(_answer(stages, result, scored), exclude)
     prepared = result.prepared

@@ -30,7 +30,7 @@ from sym2real.effects.body import Body
 from sym2real.effects.frames import HEADING, QUATERNION, to_world, velocity
 from sym2real.effects.kind import Inject, Kind, Numbers, Parameter, Values, of_any_body, several
 from sym2real.effects.manoeuvres import single_circle
-from sym2real.effects.searching import ALONE, Searching, Shown
+from sym2real.effects.searching import LATER, Searching, Shown
 from sym2real.effects.terms import reported, reporting
 from sym2real.protocols import Change
 from sym2real.rotation import product
@@ -259,9 +259,9 @@ LEVER_ARM = Kind(
     inject=truth.measuring(_lever_arm_report),
     substitute=_lever_arm_substitute,
     needs=("x", "y", "{heading}", "wz"),
-    # In flight it takes up what a late or filtered velocity does, so that errors beside it looked unexplained.
+    # In flight it takes up what a late or filtered velocity does.
     searching=Searching(
-        why_not=lambda body: "" if body.planar else ALONE,
+        why_not=lambda body: "" if body.planar else LATER,
         fixed=_fixed,
         shown_in=lambda body: (Shown.BOTH_WAYS if body.planar else Shown.YAW,),
     ),

@@ -15,6 +15,7 @@ from sym2real.trajectory import Array, Trajectory
 Answer = TypeVar("Answer")
 
 SETTLED = "settled by the checks of the data before the search"
+LATER = "tried only where something is left; `sym2real add MODEL EFFECT --fit LOG` tests it alone"
 ALONE = "not searched for; `sym2real add MODEL EFFECT --fit LOG` tests it alone"
 
 

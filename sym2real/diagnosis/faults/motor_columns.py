@@ -60,8 +60,7 @@ def _caused(predict: VisibleModel, log: Trajectory, order: tuple[int, ...]) -> A
     sent[:, place] = sent[:, place][:, list(order)]
     alike[:, place] = alike[:, place].mean()
     state, inputs = torch.as_tensor(log.state), torch.as_tensor(log.step_inputs)
-    apart = predict(state, sent, inputs) - predict(state, alike, inputs)
-    return apart[:, rates].numpy() / log.dt
+    return (predict(state, sent, inputs) - predict(state, alike, inputs))[:, rates].numpy() / log.dt
 
 
 def turned_the_other_way(model: Equations, data: Dataset) -> Dataset | None:

@@ -119,6 +119,8 @@ def test_markers_away_from_the_centre_of_mass_are_found_in_flight_where_somethin
     assert doubts(replace(still, leftovers=(LEFT,)), CRAZYFLIE.nominal(), flights_with("", {})) == (
         Doubt((), ("lever_arm",)),
     )
+    without_rates, untested = quadrotor(mass=0.03, attitude="measured"), (NotTested("lever_arm", "needs wz"),)
+    assert doubts(replace(ANSWER, not_tried=untested), without_rates, Dataset([drive(0, 8.0)])) == ()
 
 
 def test_what_lost_its_name_is_said_to_stand_behind_another_effect() -> None:

@@ -54,7 +54,8 @@ def doubts(answer: Diagnosis, equations: Equations, data: Dataset) -> tuple[Doub
     for own in (effect(entry.effect, equations) for entry in answer.not_tried if entry.reason != EXCLUDED):
         together = own.of.counts_as if own.of.parts and not own.why_not(equations) else ()
         named = (any(key in group for group in groups) for key in together)
-        if own.searching.why_not(own.body) == LATER or (together and (answer.verdict == "UNEXPLAINED" or all(named))):
+        later = own.searching.why_not(own.body) == LATER and not own.why_not(equations)
+        if later or (together and (answer.verdict == "UNEXPLAINED" or all(named))):
             found.append(Doubt(together, (own.key,)))
     return tuple(dict.fromkeys(found))
 

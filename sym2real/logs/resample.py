@@ -1,11 +1,14 @@
 """Rows at equal steps from rows at the stamps they were measured at."""
 
+from collections.abc import Iterable
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation, Slerp
 
 from sym2real.layout import Layouts
 from sym2real.logs import derive
+from sym2real.logs.extremes import reversal
 from sym2real.logs.parts import ATTITUDES, HEADINGS, STANDARD_COLUMNS
 from sym2real.logs.standard import Columns, Standard, attitude_columns, side_by_side
 from sym2real.trajectory import Array, Trajectory, usual_interval
@@ -15,8 +18,9 @@ from sym2real.vocabulary import VOCABULARY
 REGULAR = 0.02
 # Share of a step by which a log's own may differ and be the same: as much would be seen as a gain or a speed.
 SAME_CLOCK = 1e-3
-# One or two missing rows are bridged; a longer interval is a gap, and nothing is made up inside it.
-GAP_INTERVALS = 3.5
+# One or two missing rows are bridged; a longer interval is a gap, and nothing is made up inside it. Commands that go up
+# and down from row to row tell nothing of what was sent in a row that is lost.
+GAP_INTERVALS, CHATTERING_INTERVALS, CHATTERS = 3.5, 1.5, -0.9
 # Commands of another clock: so many changes tell, most of them about so many rows apart and not by a whole number.
 FEWEST_HELD, MOST_HELD, SLOWER, UNEVEN = 20, 0.7, 2.0, 0.05
 # Rows of a log over those that a model's step leaves of it, from which it is said what uses all.
@@ -37,15 +41,17 @@ def is_regular(time: Array, dt: float) -> bool:
     return len(time) < 2 or bool(abs(time[-1] - time[0] - length) <= max(SAME_CLOCK * length, 2.0 * REGULAR * dt))
 
 
-def gaps(time: Array, dt: float) -> NDArray[np.int64]:
+def gaps(time: Array, dt: float, commands: Iterable[Array] = ()) -> NDArray[np.int64]:
     """Positions of the rows that follow a gap: an interval above :data:`GAP_INTERVALS` × the step.
 
-    The step is ``dt`` or the log's own median interval, whichever is longer.
+    The step is ``dt`` or the log's own median interval, whichever is longer. Where one of the commands ``# (rows,)``
+    chatters, every lost row leaves a gap.
     """
     if len(time) < 2:
         return np.zeros(0, dtype=np.int64)
     intervals = np.diff(time)
-    return np.flatnonzero(intervals > GAP_INTERVALS * max(dt, float(np.median(intervals)))) + 1
+    most = CHATTERING_INTERVALS if any(reversal([sent]) < CHATTERS for sent in commands) else GAP_INTERVALS
+    return np.flatnonzero(intervals > most * max(dt, float(np.median(intervals)))) + 1
 
 
 def resample(log: Standard, dt: float, layouts: Layouts, *, polled: bool = True) -> Standard:

@@ -168,8 +168,7 @@ def _no_larger_than_one_step(noise: SensorNoise, model: DynamicsModel, data: Dat
     together = torch.cat([one_step_windows(model, log).missed for log in data if len(log) > ROWS])
     if len(together) < 2:  # a single window has no deviation
         return noise
-    most = together.std(0).numpy()
-    return replace(noise, deviation=np.minimum(noise.deviation, most))
+    return replace(noise, deviation=np.minimum(noise.deviation, together.std(0).numpy()))
 
 
 def floor_of_explained(

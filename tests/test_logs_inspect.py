@@ -338,3 +338,15 @@ def test_a_column_called_by_a_unit_of_time_holds_stamps(name: str, unit: str, tm
     step = 0.02 / UNITS[unit][1]
     file = save(tmp_path, {name: step * np.arange(50), "x": np.arange(50.0)})
     assert inspect_logs(file).spec.time == TimeBase(name, unit, dt=0.02)
+
+
+@pytest.mark.parametrize(("name", "values", "stamps"), [("gps_us", 2e4, True), ("ahead_s", 0.02, False)])
+def test_what_ticks_in_a_unit_of_time_holds_stamps_where_nothing_is_called_so(
+    name: str, values: float, stamps: bool, tmp_path: Path
+) -> None:
+    """Stamps of a receiver; a way along a path goes up as evenly."""
+    ticks = values * (50.0 + np.arange(200) + 0.1 * np.sin(np.arange(200)))
+    moving = np.sin(0.1 * np.arange(200))
+    found = inspect_logs(save(tmp_path, {name: ticks, "x": moving, "y": moving**2}))
+    assert found.spec.time == (TimeBase(name, "us", dt=0.02) if stamps else found.spec.time)
+    assert (found.spec.time.column == name) == stamps

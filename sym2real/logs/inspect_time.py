@@ -15,12 +15,13 @@ from sym2real.trajectory import Array, usual_interval
 # Logs of robots have between 2 and 2000 rows a second, most about 50.
 SHORTEST_STEP, USUAL_STEP, LONGEST_STEP = 5e-4, 2e-2, 0.5
 FIRST_ROWS = 5
+UNITS_OF_TIME, MOSTLY = ("sec", "ms", "us", "ns"), 0.8  # an "s" alone may be a way
 UNLIKE = (0.6, 1.6)  # × the median: an interval outside is not like the others
 
 
 def inspect_time(draft: Draft) -> None:
     """Find the time base and the rows to drop; sets ``rows``, and shortens ``tables``."""
-    column = _column(draft.tables, draft.assignment.times)
+    column = _column(draft.tables, draft.assignment.times or _ticking(draft.tables))
     draft.rows = Rows(_without_stamps(draft) if column is None else _with_stamps(draft, column))
 
 
@@ -60,6 +61,18 @@ def _column(tables: list[Table], candidates: list[str]) -> str | None:
         ):
             return name
     return candidates[0] if candidates else None
+
+
+def _ticking(tables: list[Table]) -> list[str]:
+    """Columns whose names end in a unit of time, and which go up as a clock does: by about as much from row to row."""
+
+    def ticks(values: Array) -> bool:
+        intervals = np.diff(values)
+        usual = float(np.median(intervals)) if len(intervals) else 0.0
+        return usual > 0.0 and bool(intervals.min() > 0.0 and np.mean(np.abs(intervals / usual - 1.0) < 0.5) > MOSTLY)
+
+    ending = [name for name in tables[0].columns if name.lower().rpartition("_")[2] in UNITS_OF_TIME]
+    return [name for name in ending if all(name in own.columns and ticks(own.columns[name]) for own in tables)]
 
 
 def _unit(draft: Draft, column: str, step: float) -> tuple[str, str]:

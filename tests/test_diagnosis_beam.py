@@ -170,8 +170,8 @@ def test_a_set_in_a_higher_valley_is_fitted_anew_from_the_starts_of_its_effects(
     values = best.fit.values.clone()
     values[[slot for one in best.chosen if one.name == "added_mass" for slot in one.slots]] = 0.02
     (high,) = selection.problems.quadratics([Hypothesis(best.fit.free, values)])
-    stuck = selection.set_of(best.chosen, replace(high, gradient=0 * high.gradient))
-    again = Beam(selection_of(tried))
+    again = Beam(selection_of(tried))  # knows of no better fit
+    stuck = again.selection.set_of(best.chosen, replace(high, gradient=0 * high.gradient))
     again.sets, again.looked_around = {names: stuck}, {names}
     again.selection._larger[names] = [stuck]
     again.search()
@@ -250,6 +250,7 @@ def test_a_set_that_is_fitted_better_from_other_starts_is_looked_around_in_anew(
     values = best.fit.values.clone()
     values[tried[0].slots] = 0.02
     (high,) = selection.problems.quadratics([Hypothesis(best.fit.free, values)])
+    selection = selection_of(tried)  # knows of no better fit
     beam = Beam(selection)
     beam.sets[best.names] = selection.set_of(best.chosen, replace(high, gradient=0 * high.gradient))
     beam.looked_around.add(best.names)

@@ -49,6 +49,7 @@ def forked(
         sys.stdout = open(1, "w", encoding=encoding, closefd=False)  # noqa: SIM115
         os.environ[TRACEBACK] = "" if net else "1"
         if most_bytes is not None:
+            sys.dont_write_bytecode = True  # what Python compiles would be cut off, and kept so for every other run
             resource.setrlimit(resource.RLIMIT_FSIZE, (most_bytes, most_bytes))
         main(arguments)
 

@@ -20,7 +20,7 @@ from sym2real.effects import Effect, applicable, compose, effect
 from sym2real.effects.filters import filter_commands, with_hidden_start
 from sym2real.errors import ModelError, UnknownNameError
 from sym2real.layout import Layout, Layouts
-from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, quadrotor
+from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, Robot, quadrotor
 from sym2real.robots.motors import Motors
 from sym2real.symbolic import Equations, build_module, compile_model, symbol
 
@@ -252,6 +252,20 @@ def test_equations_with_effects_survive_their_file(key: str) -> None:
     assert read.text() == changed.text()
     assert read.numbers == CRAZYFLIE.numbers
     assert read.layouts == changed.layouts
+
+
+@pytest.mark.parametrize("robot", [MUSHR, CRAZYFLIE], ids=["car", "quadrotor"])
+def test_hidden_states_of_two_effects_begin_by_what_is_known(robot: Robot) -> None:
+    """Tyres that turn a car late, by a distance and by its inertia, began with each other's memory."""
+    equations = nominal(robot)
+    hidden = [found for found in applicable(equations) if found.of.hidden or found.key in ("lag:steer", "delay:steer")]
+    assert len(hidden) >= 2
+    for both in itertools.combinations(hidden, 2):
+        values = [{parameter.name: parameter.scale for parameter in found.parameters} for found in both]
+        changed = compose(equations, list(zip(both, values, strict=True)))
+        state = with_hidden_start(changed, torch.as_tensor(robot.start), torch.as_tensor(robot.rest))
+        assert state.shape[-1] == len(changed.layouts.state) > len(robot.layouts.state), both
+        assert bool(state.isfinite().all()), both
 
 
 def test_what_does_not_apply_says_why() -> None:

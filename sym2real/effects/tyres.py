@@ -236,10 +236,11 @@ def _late_turn(equations: Equations, turn: str, periods: Expr, values: Values) -
     A gyro shows the lag's end, but for a servo behind it (``steering.py``).
     """
     steer, memory, before = symbol("steer"), symbol(_memory(turn)), equations
-    kept, away = exp(-1 / periods), memory - steer
+    kept, away, at_rest = exp(-1 / periods), memory - steer, equations.start
     end, mean = steer + away * kept, steer + away * periods * (1 - kept)
     equations = defined(equations, {turn: Integer(0)}).substitute({"steer": symbol(turn)})
-    equations = with_hidden(equations, _memory(turn), "rad", end, start=steer)
+    # Other hidden states begin at rest, as in ``steering.py``.
+    equations = with_hidden(replace(equations, start=at_rest), _memory(turn), "rad", end, start=steer)
     equations = defined(equations, {turn: mean})
     if SHARE not in values:
         return equations

@@ -51,12 +51,12 @@ def doubts(answer: Diagnosis, equations: Equations, data: Dataset) -> tuple[Doub
     groups = [{finding.effect, *finding.group} for finding in answer.findings]
     behind = unnamed({finding.effect for finding in answer.findings}, data)
     found = [Doubt((behind[other.effect][0],)) for other in answer.not_tried if other.effect in behind]
-    for own in (effect(entry.effect, equations) for entry in answer.not_tried if entry.reason != EXCLUDED):
-        together = own.of.counts_as if own.of.parts and not own.why_not(equations) else ()
+    for other in (effect(entry.effect, equations) for entry in answer.not_tried if entry.reason != EXCLUDED):
+        together = other.of.counts_as if other.of.parts and other.applies(equations) else ()
         named = (any(key in group for group in groups) for key in together)
-        later = own.searching.why_not(own.body) == LATER and not own.why_not(equations)
+        later = other.searching.why_not(other.body) == LATER and other.applies(equations)
         if later or (together and (answer.verdict == "UNEXPLAINED" or all(named))):
-            found.append(Doubt(together, (own.key,)))
+            found.append(Doubt(together, (other.key,)))
     return tuple(dict.fromkeys(found))
 
 

@@ -100,8 +100,7 @@ def _other_interface(layouts: Layouts, standard: Collection[str]) -> list[str]:
 
 def _on_the_ground(missing: Collection[str], standard: Collection[str]) -> list[str]:
     """A body of an MJCF that moves freely is taken to fly."""
-    flies = {*POSITION.columns, *ATTITUDE.columns} - {*missing, *standard}
-    if flies or not {*HEADING.columns} <= {*standard} or not {*ATTITUDE.columns} <= {*missing}:
+    if not ({POSITION.columns[2], *ATTITUDE.columns} <= {*missing} and {*HEADING.columns} <= {*standard}):
         return []
     planar = (*POSITION.columns[:2], *HEADING.columns, *VELOCITY.columns[:2], RATE.columns[2])
     return [f"`sym2real nominal mjcf … --state {' '.join(planar)}` makes a model of a robot that stays on the ground"]

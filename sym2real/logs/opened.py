@@ -19,8 +19,8 @@ from sym2real.logs.even_rows import with_even_stamps
 from sym2real.logs.grouping import trajectory, visible
 from sym2real.logs.missing import listed, specification
 from sym2real.logs.of_model import for_model
-from sym2real.logs.resample import COMMANDS, REGULAR, gaps, is_regular, resample
-from sym2real.logs.sources import along_body, commands_of, sources_of
+from sym2real.logs.resample import REGULAR, gaps, is_regular, resample
+from sym2real.logs.sources import actions_of, along_body, commands_of, sources_of
 from sym2real.logs.specification import LogSpec
 from sym2real.logs.standard import Standard, own_specification, stamps, standardise, tidy
 from sym2real.logs.table import Table
@@ -76,7 +76,7 @@ class Opened:
         standard = replace(standard, notes=(*notes, *repeated, *left_out))
         step = dt if dt is not None else used.time.dt
         # Where rows are missing, a log is in pieces whether anybody asks for equal steps or not.
-        sends = [values for name, values in standard.columns.items() if name in _actions(model_layouts)]
+        sends = [values for name, values in standard.columns.items() if name in actions_of(model_layouts)]
         cuts = [] if step is None and not left_out else gaps(standard.time, step or 0.0, sends).tolist()
         return cls(whole, table, used, known, standard, step, cuts)
 
@@ -127,10 +127,6 @@ def in_step(logs: Sequence[Opened], upsample: bool) -> list[Opened]:
     slowest = max((log.apart for log in logs), default=0.0)
     slow = not upsample and any(log.dt is not None and slowest > (1.0 + REGULAR) * log.dt for log in logs)
     return [replace(log, dt=slowest) for log in logs] if slow else list(logs)
-
-
-def _actions(layouts: Layouts | None) -> frozenset[str]:
-    return COMMANDS.union(layouts.action if layouts else ())
 
 
 def _own_notes(table: Table) -> tuple[str, ...]:

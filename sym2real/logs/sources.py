@@ -18,8 +18,13 @@ MADE_OF = {"yaw": ("sin_yaw", "cos_yaw"), "wheel_speed": ("vx", "vy")}
 
 def commands_of(spec: LogSpec, layouts: Layouts | None) -> frozenset[str]:
     """Columns of the log that hold commands: of the vocabulary, and of a model's own."""
-    actions = COMMANDS.union(layouts.action if layouts else ())
+    actions = actions_of(layouts)
     return frozenset(source.column for name, source in spec.columns.items() if name in actions)
+
+
+def actions_of(layouts: Layouts | None) -> frozenset[str]:
+    """Standard columns that hold commands: of the vocabulary, and a model's own."""
+    return COMMANDS.union(layouts.action if layouts else ())
 
 
 def sources_of(spec: LogSpec) -> dict[str, str]:

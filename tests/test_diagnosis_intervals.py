@@ -14,7 +14,7 @@ from weighed_problems import weighed_problems
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import Estimate
 from sym2real.diagnosis.adding import try_effect
-from sym2real.diagnosis.data.segments import COMPARED, comparing, cut
+from sym2real.diagnosis.data.segments import COMPARED, cut
 from sym2real.diagnosis.estimate import calibrate
 from sym2real.diagnosis.estimate.calibrate import refined
 from sym2real.diagnosis.estimate.fit import Problems
@@ -121,7 +121,7 @@ def test_a_refined_base_keeps_its_velocities(drives: Dataset) -> None:
     wrong = MUSHR.nominal().substitute({"speed": 0.93 * symbol("speed")})
     flown, _ = flown_along(wrong, MujocoPlant(MUSHR), drives)
     assert flown is not None
-    segments, missed = comparing(cut(flown), (*COMPARED, "velocity")), []
+    segments, missed = cut(flown, (*COMPARED, "velocity")), []
     for base in (wrong, refined(Library.of(wrong, []), flown, drives)):
         problem = Problem(Library.of(base, []), flown, segments)
         errors = problem.residuals(problem.library.null[None]).reshape(-1, len(segments.compared))

@@ -18,7 +18,7 @@ from sym2real.cli.results import write_diagnosis
 from sym2real.dataset import Dataset, Logs
 from sym2real.diagnosis import Diagnosis, add, compare, diagnose
 from sym2real.diagnosis.answer import conclude
-from sym2real.diagnosis.data.segments import Segments, comparing
+from sym2real.diagnosis.data.segments import Segments
 from sym2real.diagnosis.data.windows import channel_errors, predict_windows
 from sym2real.diagnosis.errors.rungs import Rung, RungError, windows_of
 from sym2real.diagnosis.pipeline import prepare
@@ -193,9 +193,9 @@ def windows() -> Segments:
     """Drives of three logs in windows of which place and heading are compared; the last log hardly moves."""
     logs = [noisy_runs(MUSHR, TASKS, [], count=1, rows=90, seed=seed)[0] for seed in range(3)]
     still = replace(logs[2], state=logs[2].state[:1] + 0.001 * (logs[2].state - logs[2].state[:1]))
-    found = windows_of(Dataset([*logs[:2], still]), 20)
+    found = windows_of(Dataset([*logs[:2], still]), 20, fields=["position", "heading"])
     assert found is not None
-    return comparing(found, ["position", "heading"])
+    return found
 
 
 def test_every_log_weighs_one_where_nothing_is_predicted_to_change(windows: Segments) -> None:

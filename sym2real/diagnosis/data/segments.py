@@ -1,7 +1,7 @@
 """Short pieces of logs that a model is fitted to: where they start, what was measured in them, how they are parted.
 
-A segment compares positions, attitude and body rates with the prediction from a start that is free; velocities are
-left out, because logs have them by differencing what is compared already.
+A segment compares positions, attitude and body rates with the prediction from a start that is free. Velocities are
+compared where they are measurements of their own; most logs have them by differencing what is compared already.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from sym2real.diagnosis.data.start import ROWS, start_states
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.errors import ShapeError
 from sym2real.layout import Layout
+from sym2real.logs.measured_rates import measured_rates
 from sym2real.logs.noise import component_noise
 from sym2real.trajectory import Array
 from sym2real.vocabulary import JOINT_ANGLE, JOINT_DISPLACEMENT
@@ -72,6 +73,11 @@ class Segments:
         return len(self.log)
 
     @property
+    def fields(self) -> tuple[str, ...]:
+        """Fields that are compared."""
+        return tuple(self.layout.fields[number].name for number in dict.fromkeys(self.channel))
+
+    @property
     def length(self) -> int:
         """Rows of a segment."""
         return self.measured.shape[1]
@@ -110,8 +116,12 @@ def segment_length(layout: Layout, dt: float) -> int:
     return max(rows, round(seconds / dt))
 
 
-def cut(data: Dataset) -> Segments:
+def cut(data: Dataset, fields: Collection[str] | None = None) -> Segments:
     """Segments of all logs, without overlap.
+
+    Args:
+        data: logs.
+        fields: what is compared; by default what these logs measure.
 
     Raises:
         ShapeError: when no log is long enough for one.
@@ -126,11 +136,11 @@ def cut(data: Dataset) -> Segments:
     if not moving:
         raise _without_segments(data, SETTLING + WARM_UP + length + 1)
     log, row = np.array(moving, dtype=np.int64).T
-    return segments_at(data, log, row, length)
+    return segments_at(data, log, row, length, fields or (*COMPARED, *measured_rates(data)))
 
 
 def segments_at(
-    data: Dataset, log: NDArray[np.int64], row: NDArray[np.int64], length: int, names: Collection[str] = COMPARED
+    data: Dataset, log: NDArray[np.int64], row: NDArray[np.int64], length: int, names: Collection[str]
 ) -> Segments:
     """So many rows of these logs from each of these rows on ``# (S,)``, fields of these names compared."""
     compared, channel = compared_components(data.layouts.state, names)
@@ -149,13 +159,7 @@ def segments_at(
     )
 
 
-def comparing(segments: Segments, names: Collection[str]) -> Segments:
-    """The same pieces with the fields of these names compared."""
-    compared, channel = compared_components(segments.layout, names)
-    return replace(segments, compared=compared, channel=channel)
-
-
-def compared_components(layout: Layout, names: Collection[str] = COMPARED) -> tuple[tuple[int, ...], tuple[int, ...]]:
+def compared_components(layout: Layout, names: Collection[str]) -> tuple[tuple[int, ...], tuple[int, ...]]:
     """Tangent positions of what is compared, fields of these names, and the number of the field of each.
 
     All fields where none has such a name.
@@ -196,8 +200,7 @@ def _states(data: Dataset, log: NDArray[np.int64], row: NDArray[Any]) -> Tensor:
     states = np.empty((len(row), data.layouts.state.size))
     for index, trajectory in enumerate(data):
         mine = log == index
-        if mine.any():
-            states[mine] = start_states(trajectory, np.maximum(row[mine], ROWS - 1))
+        states[mine] = start_states(trajectory, np.maximum(row[mine], ROWS - 1))
     return torch.as_tensor(states)
 
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from sym2real.control.manoeuvres import DITHER, TRIALS, Trial
 from sym2real.dataset import Dataset
+from sym2real.diagnosis.data.segments import cut
 from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.quadratic import Hypothesis
 from sym2real.diagnosis.estimate.simulator import fly
@@ -141,7 +142,7 @@ def _outcome(
     values = library.null
     for slot in library.indices(finding.effect):
         values[slot] = finding.values.get(library.slots[slot].parameter.name, float(values[slot]))
-    plain = Problem(library, data)
+    plain = Problem(library, data, cut(data, whitening.fields))
     segments = replace(plain.segments, measured=plain.states(values[None])[0])
     problem = Problem(library, data, segments)
     problems = Problems.of(problem, Spread.of(problem, library.null).like(whitening))

@@ -10,7 +10,7 @@ noisy row is what a prediction is held against:
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -52,20 +52,16 @@ class SensorNoise:
     @classmethod
     def of(cls, data: Dataset) -> SensorNoise:
         """As third differences of the logs show it."""
-        columns = {place: name for name, place in data.layouts.state.vector_places.items()}
-        slopes = {
-            velocity: position
-            for velocity, position in _velocities(data.layouts.state).items()
-            if all(_is_slope(trajectory, columns[position], columns[velocity]) for trajectory in data)
-        }
-        return cls(component_noise(data), slopes, data.dt)
+        layout = data.layouts.state
+        made = [pair for pair in layout.rates.items() if all(_is_slope(log, *pair) for log in data)]
+        return cls(component_noise(data), _places(layout, made), data.dt)
 
     @classmethod
     def assumed(cls, sensors: Mapping[str, float], data: Dataset) -> SensorNoise:
         """Standard deviations by state field, for data without noise; velocities are slopes of positions."""
         layout = data.layouts.state
         deviation = [sensors.get(field.name, 0.0) for field in layout.fields for _ in range(field.tangent_size)]
-        return cls(np.array(deviation), _velocities(layout), data.dt)
+        return cls(np.array(deviation), _places(layout, layout.rates.items()), data.dt)
 
     def with_deviation(self, places: tuple[int, ...], deviation: Array) -> SensorNoise:
         """The same with other sizes for some components."""
@@ -92,16 +88,14 @@ class SensorNoise:
         return replace(trajectory, state=state)
 
 
-def _velocities(layout: Layout) -> dict[int, int]:
-    """Tangent place of each velocity, with that of its position."""
-    places = layout.vector_places
-    return {places[f"v{name}"]: place for name, place in places.items() if f"v{name}" in places}
+def _places(layout: Layout, rates: Iterable[tuple[str, str]]) -> dict[int, int]:
+    """Tangent place of each velocity, with that of its position, of columns of both."""
+    return {layout.vector_places[rate]: layout.vector_places[of] for of, rate in rates}
 
 
 def _is_slope(trajectory: Trajectory, position: str, velocity: str) -> bool:
-    logged = trajectory.column(velocity)
-    missed = slope(trajectory.time, trajectory.column(position), SHORTEST) - logged
-    return bool(np.std(missed[1:-1]) <= SETTINGS.same * max(float(np.std(logged)), 1e-9))
+    logged, made = trajectory.column(velocity), slope(trajectory.time, trajectory.column(position), SHORTEST)
+    return bool(np.std((made - logged)[1:-1]) <= SETTINGS.same * max(float(np.std(logged)), 1e-9))
 
 
 DRAWS, SEED = 4, 0
@@ -196,7 +190,8 @@ def floor_of_explained(
         return ()
     windows = windows.some(MOST_WINDOWS)
     layout, problem = windows.layout, Problem(library, data, windows)
-    noise = noise or SensorNoise.of(data).with_deviation(compared_components(layout)[0], whitening.sensor.numpy())
+    compared, _ = compared_components(layout, whitening.fields)
+    noise = noise or SensorNoise.of(data).with_deviation(compared, whitening.sensor.numpy())
     deviations = _start_deviations(data, windows, noise, np.random.default_rng(SEED))  # (W, D, n)
     started = torch.einsum("wri,wdi->wrd", problem.start_jacobian(values), deviations).square().mean(-1)
     kinds = disturbances(library.equations)
@@ -229,12 +224,10 @@ def _start_deviations(data: Dataset, windows: Segments, noise: SensorNoise, rng:
     """How far starts move when the noise is drawn once more ``# (W, DRAWS, tangent)``."""
     moves = torch.zeros(len(windows), DRAWS, windows.layout.tangent_size, dtype=torch.float64)
     for index, trajectory in enumerate(data):
-        mine = windows.log == index
-        if not mine.any():
-            continue
+        mine = torch.as_tensor(windows.log == index)
         for draw in range(DRAWS):
-            again = torch.as_tensor(start_states(noise.added_to(trajectory, rng), windows.row[mine]))
-            moves[torch.as_tensor(mine), draw] = windows.layout.difference(again, windows.start[torch.as_tensor(mine)])
+            again = torch.as_tensor(start_states(noise.added_to(trajectory, rng), windows.row[mine.numpy()]))
+            moves[mine, draw] = windows.layout.difference(again, windows.start[mine])
     return moves
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from math import ceil
 from typing import Any
@@ -84,18 +84,19 @@ class Rung:
         return {"model": self.model, "horizons": rows}
 
 
-def windows_of(data: Dataset, steps: int, after: float = 0.0) -> Segments | None:
+def windows_of(data: Dataset, steps: int, after: float = 0.0, fields: Collection[str] = ()) -> Segments | None:
     """Windows of so many steps that start every 0.1 s from what the rows before them say; None for short logs.
 
     Args:
         data: logs.
         steps: rows from a window's start to its end.
         after: part of every log behind which windows start.
+        fields: what is compared; all by default.
     """
-    stride, names = stride_of(data.dt), [field.name for field in data.layouts.state.fields]
+    stride = stride_of(data.dt)
     rows = [np.arange(_first_start(len(log), after), len(log) - steps, stride) for log in data]
     log, row = np.repeat(np.arange(len(data)), [len(own) for own in rows]), np.concatenate(rows)
-    return segments_at(data, log, row, steps + 1, names) if len(row) else None
+    return segments_at(data, log, row, steps + 1, fields) if len(row) else None
 
 
 def _first_start(rows: int, after: float) -> int:

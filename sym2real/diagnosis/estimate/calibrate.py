@@ -22,7 +22,7 @@ import torch
 from torch import Tensor
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.data.segments import COMPARED, Segments, comparing, cut
+from sym2real.diagnosis.data.segments import COMPARED, Segments, cut
 from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.full_model import improved
 from sym2real.diagnosis.estimate.quadratic import Fit, Free, Hypothesis
@@ -60,7 +60,7 @@ def refined(library: Library, flown: Dataset, logs: Dataset) -> Equations:
     free = _of_constants(library.base)
     if given.total(library.null) < SETTINGS.worth_saying * given.whitening.freedom or len(free.slots) > MOST_CONSTANTS:
         return library.base
-    problems, start = _weighted(free, comparing(segments, (*COMPARED, "velocity")), flown, noise), free.null
+    problems, start = _weighted(free, cut(flown, (*COMPARED, "velocity")), flown, noise), free.null
     values = improved(problems, tuple(range(len(free.slots))), start, start, REFINING_STEPS)
     constants = dict(zip((slot.parameter.name for slot in free.slots), values.tolist(), strict=True))
     return replace(lifted(library.base), parameters={**library.base.parameters, **constants})
@@ -139,7 +139,7 @@ def calibrated(library: Library, candidates: Sequence[Candidate], data: Dataset,
         data: of :func:`~sym2real.diagnosis.estimate.simulator.flown_along`.
         variances: of the logs' whitening, so that errors have the same weights here as there.
     """
-    problem = Problem(library, data)
+    problem = Problem(library, data, cut(data, variances.fields))
     spread = Spread.of(problem, library.null)
     whitening = spread.like(variances)
     problems = Problems.of(problem, whitening)

@@ -54,6 +54,7 @@ class Whitening:
         weight, lost: the inverse covariance is diag(weight) - lost lostᵀ ``# (R,), (S, R, K)``.
         freedom: number of residual components that the free start leaves, all segments together.
         trust: factor of every segment's inverse covariance ``# (S,)``.
+        fields: what is compared.
     """
 
     sensor: Tensor
@@ -62,6 +63,7 @@ class Whitening:
     lost: Tensor
     freedom: int
     trust: Tensor
+    fields: tuple[str, ...] = ()
 
     def products(self, columns: Tensor) -> Tensor:
         """Products under C⁻¹ of columns ``# (S, R, A)`` with each other ``# (S, A, A)``."""
@@ -118,6 +120,7 @@ class Spread:
         names: of the disturbances: columns of inputs or commands.
         sizes: what counts as one, in the column's unit ``# (D,)``.
         components: that a row compares, C; R is N·C.
+        fields: to which they belong.
     """
 
     start: Tensor
@@ -125,6 +128,7 @@ class Spread:
     names: tuple[str, ...]
     sizes: Tensor
     components: int
+    fields: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, problem: Problem, values: Tensor) -> Spread:
@@ -138,6 +142,7 @@ class Spread:
             names=tuple(name for name, _ in names),
             sizes=jacobian.new_tensor([size for _, size in names]),
             components=len(problem.segments.compared),
+            fields=problem.segments.fields,
         )
 
     def like(self, other: Whitening) -> Whitening:
@@ -162,7 +167,7 @@ class Spread:
         freedom = segments * (rows - int(torch.linalg.matrix_rank(self.start[0])))
         deviations = power.sqrt() * self.sizes
         disturbances = dict(zip(self.names, deviations.tolist(), strict=True))
-        return Whitening(sensor.sqrt(), disturbances, weight, lost, freedom, weight.new_ones(segments))
+        return Whitening(sensor.sqrt(), disturbances, weight, lost, freedom, weight.new_ones(segments), self.fields)
 
 
 @dataclass(frozen=True, eq=False)

@@ -26,7 +26,7 @@ import torch
 from torch import Tensor
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.data.segments import Segments, compared_fields, comparing
+from sym2real.diagnosis.data.segments import Segments, compared_fields
 from sym2real.diagnosis.data.windows import JUDGED_AT, channel_name, judged
 from sym2real.diagnosis.errors.rungs import Rung, horizons_for, ladder, windows_of
 from sym2real.diagnosis.estimate.fit import Problems
@@ -139,9 +139,10 @@ def _fitted(problem: Problem, starts: Sequence[Hypothesis]) -> tuple[Problems, F
 
 def _judged_windows(data: Dataset, steps: int) -> Segments:
     """Windows of which the channels are compared that predictions are judged by."""
-    windows, fields = windows_of(data, steps), {channel_name(field): field.name for field in data.layouts.state.fields}
+    fields = {channel_name(field): field.name for field in data.layouts.state.fields}
+    windows = windows_of(data, steps, fields=[fields[name] for name in judged(fields)])
     assert windows is not None
-    return comparing(windows, [fields[name] for name in judged(fields)]).some(MOST_WINDOWS)
+    return windows.some(MOST_WINDOWS)
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,7 +15,7 @@ from numpy.polynomial import Polynomial
 from sympy import Expr
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.data.segments import folds_of, summed
+from sym2real.diagnosis.data.segments import cut, folds_of, summed
 from sym2real.diagnosis.estimate.whitening import Whitening
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
@@ -82,7 +82,7 @@ def _scaled(
     logs, residuals = with_filtered_commands(informed, data), []
     bare = replace(informed, filters=())
     for equations in (bare, add_term(bare, channel, text(canonical(expression)))):
-        problem = Problem(Library.of(equations, []), logs)
+        problem = Problem(Library.of(equations, []), logs, cut(logs, whitening.fields))
         residuals.append(problem.residuals(torch.zeros(1, 0, dtype=torch.float64))[0])
     before, change = residuals[0], residuals[1] - residuals[0]
     products = whitening.products(torch.stack([before, change], dim=-1))  # (S, 2, 2)

@@ -369,6 +369,9 @@ NAMES = {
     "delta_f": ("steer", "", "command"),
     "front_wheel_angle": ("steer", "", "command"),
     "battery_status.voltage_v": ("battery", "", "state"),
+    "T_cmd": ("thrust", "", "command"),
+    "t_cmd": ("time", "", "command"),
+    "speed_request": ("speed", "", "command"),
 }
 UNITS = {
     "thrust_cmd_N": ("thrust", "N"),
@@ -383,6 +386,7 @@ UNITS = {
     "vbat_mV": ("battery", "mV"),
     "v_n": ("velocity", ""),
     "wheel_angle_deg": ("steer", "deg"),
+    "road_wheel_deg": ("steer", "deg"),
 }
 
 

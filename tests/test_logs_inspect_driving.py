@@ -114,6 +114,21 @@ def test_sine_and_cosine_of_a_heading_are_no_heading(tmp_path: Path, sine: str, 
     assert {"x", "y", "steer"} <= found.spec.columns.keys()
 
 
+def test_an_acceleration_ahead_alone_is_a_cars_command(tmp_path: Path) -> None:
+    ahead = np.gradient(SPEED, TIME)
+    columns = drive(yaw=YAW, road_wheel_deg=np.degrees(STEER), ax_request=ahead)
+    assert {"steer", "acceleration"} <= inspect_logs(saved(tmp_path, columns)).spec.columns.keys()
+    planned = columns | {"speed_cmd": SPEED}
+    assert "acceleration" not in inspect_logs(saved(tmp_path, planned)).spec.columns
+
+
+def test_a_log_of_what_stays_on_the_ground_lacks_what_a_car_has(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    main(["inspect", str(saved(tmp_path, drive(yaw=YAW)))])
+    assert "it lacks speed, steer in a known unit" in " ".join(capsys.readouterr().out.split())
+
+
 def test_a_log_of_a_car_whose_commands_are_counts_is_a_cars(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     covariances = {f"pose.covariance[{place}]": np.zeros(len(TIME)) for place in range(36)}
     logged(tmp_path, CENTRE + TRAVEL * STEER, MOST_TURNS * SPEED, **covariances)

@@ -52,7 +52,8 @@ def nominal_line(inspection: Inspection, spec: Path | None) -> NominalLine:
     """
     of_log = inspection.spec
     columns = {*of_log.columns} | ({"attitude"} if of_log.attitude.sources else set())
-    if DRIVEN & columns or STEERING in {row.meaning for row in inspection.rows}:
+    on_the_ground = bool(HEADED & columns) and "attitude" not in columns
+    if DRIVEN & columns or STEERING in {row.meaning for row in inspection.rows} or on_the_ground:
         kind, options, remarks = "car", ["--wheelbase", "METRES"], [AXLES]
         command = ACCELERATION_COLUMN if ACCELERATION_COLUMN in columns else SPEED_COLUMN
         options += ["--command", command] if command == ACCELERATION_COLUMN else []

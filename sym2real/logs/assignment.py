@@ -199,6 +199,8 @@ def _place(result: Assignment, name: str, named: Named) -> None:
         key = {"command": "speed", "reference": "ref_speed", "state": key}[named.role]
     elif named.quantity == "pull":
         key = ACCELERATION_COLUMN if named.role == "command" else ""
+    elif (named.quantity, named.axis, named.role) == ("acceleration", "x", "reference"):
+        key = ACCELERATION_COLUMN
     if key in places:
         result.duplicates[name] = places[key]
     elif key:

@@ -62,7 +62,9 @@ def read_name(name: str) -> Named | None:
         role = "command"
     if WORDS["reference"].intersection(words):
         role = "reference"
-    match = _quantity([word for word in words if word not in OF_ROLES])
+    left = [word for word in words if word not in OF_ROLES]
+    # A stamp is a small t.
+    match = ("thrust", "", False) if left == ["t"] and role == "command" and "T" in name else _quantity(left)
     if match is None:
         return None
     quantity, axis, counted = match
@@ -102,7 +104,7 @@ def _quantity(words: Sequence[str]) -> tuple[str, str, bool] | None:
         ("steer", has("steer") and not has("rate", "velocity"), ""),
         ("steer", has("servo") and not digit, ""),
         # Of the wheel, or the front ones; each of a pair has a joint.
-        ("steer", has("wheel") and has("angle") and not digit and sides in {"", "f"}, ""),
+        ("steer", has("wheel") and (has("angle") or "road" in words) and not digit and sides in {"", "f"}, ""),
         ("thrust", has("thrust") and axis in {"", "z", "2"}, ""),
         ("throttle", has("throttle"), ""),
         ("motor", has("motor") and (corner or digit), corner or digit),

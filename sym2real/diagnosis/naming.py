@@ -61,9 +61,10 @@ def doubts(answer: Diagnosis, equations: Equations, data: Dataset) -> tuple[Doub
 
 
 def instead(scored: Scored | None, searched: Callable[[Question], Searched], doubt: Doubt) -> Scored | None:
-    """What predicts better with others in the place of what is named, or as well with fewer beside; else None.
+    """What predicts better with others in the place of what is named; else None.
 
-    First of few effects, then of all.
+    What no search takes by itself must predict better by a tenth, or as well with fewer beside. First of few effects,
+    then of all.
     """
     if scored is None:
         return None
@@ -78,7 +79,7 @@ def instead(scored: Scored | None, searched: Callable[[Question], Searched], dou
             return None
         change = Gate(scored.gate.after or other.gate.before, other.gate.after)
         fewer = len(found.difference(doubt.included)) < len(beside)
-        if not (change.fallen or (doubt.included and fewer and not change.worse)):
+        if change.worse or not (change.fallen or (fewer if doubt.included else change.falling)):
             return None
     return other
 

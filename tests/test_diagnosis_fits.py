@@ -52,7 +52,7 @@ def test_a_fit_is_where_no_step_leads_lower() -> None:
     assert float(weighed.best_step(fit).abs().max()) < 1e-3
     for part in (-1e-2, 1e-2):
         beside = fit.values + part * weighed.library.scale
-        assert weighed.total(beside) > fit.total
+        assert float(weighed.totals([beside])) > fit.total
     assert weighed.fit([Hypothesis(fit.free, weighed.library.null)])[0] is fit  # asked again
 
 

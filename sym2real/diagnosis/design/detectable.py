@@ -24,7 +24,6 @@ from torch import Tensor
 
 from sym2real.dataset import Logs
 from sym2real.diagnosis.data.preparation import long_enough
-from sym2real.diagnosis.data.segments import COMPARED, cut
 from sym2real.diagnosis.design.alike import Changes, Others
 from sym2real.diagnosis.design.visible import AssumedNoise, Plan, Predictions, Visible
 from sym2real.diagnosis.errors.floor import SensorNoise
@@ -69,8 +68,7 @@ def plan(equations: Equations, data: Logs, noise: AssumedNoise | None = None, ex
     """
     dataset = with_filtered_commands(equations, long_enough(data, equations))
     library = library_for(equations, dataset, exclude)
-    problem = Problem(library, dataset, cut(dataset, COMPARED if noise else None))
-    competing = candidates(library, dataset)
+    problem, competing = Problem(library, dataset), candidates(library, dataset)
     problems, sensors = _with_noise(problem, competing, noise)
     needed, predictions = _needed(problems, len(competing)), Predictions.of(problems, sensors)
     smooth = [candidate for candidate in competing if not candidate.needs_start]

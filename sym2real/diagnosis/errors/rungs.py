@@ -93,8 +93,7 @@ def windows_of(data: Dataset, steps: int, after: float = 0.0, fields: Collection
         after: part of every log behind which windows start.
         fields: what is compared; all by default.
     """
-    stride = stride_of(data.dt)
-    rows = [np.arange(_first_start(len(log), after), len(log) - steps, stride) for log in data]
+    rows = [np.arange(_first_start(len(log), after), len(log) - steps, stride_of(data.dt)) for log in data]
     log, row = np.repeat(np.arange(len(data)), [len(own) for own in rows]), np.concatenate(rows)
     return segments_at(data, log, row, steps + 1, fields) if len(row) else None
 

@@ -58,7 +58,8 @@ def refined(library: Library, flown: Dataset, logs: Dataset) -> Equations:
     noise, segments = component_noise(logs), cut(flown)
     given = _weighted(library, segments, flown, noise)
     free = _of_constants(library.base)
-    if given.total(library.null) < SETTINGS.worth_saying * given.whitening.freedom or len(free.slots) > MOST_CONSTANTS:
+    least = SETTINGS.worth_saying * given.whitening.freedom
+    if float(given.totals([library.null])) < least or len(free.slots) > MOST_CONSTANTS:
         return library.base
     problems, start = _weighted(free, cut(flown, (*COMPARED, "velocity")), flown, noise), free.null
     values = improved(problems, tuple(range(len(free.slots))), start, start, REFINING_STEPS)

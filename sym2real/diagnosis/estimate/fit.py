@@ -91,10 +91,6 @@ class Problems:
         """Whitened squares of all segments at each of some parameter sets ``# (P,)``."""
         return self.whitening.loss(self.problem.residuals(torch.stack([*sets]))).sum(1)
 
-    def total(self, values: Tensor) -> float:
-        """Whitened squares of all segments at a parameter set ``# (P,)``."""
-        return float(self.totals([values]))
-
     def quadratics(self, hypotheses: Sequence[Hypothesis]) -> list[Fit]:
         """Losses and derivatives where the hypotheses stand."""
         if not hypotheses:
@@ -102,12 +98,28 @@ class Problems:
         sets = torch.stack([hypothesis.values for hypothesis in hypotheses])
         held = [tuple(slot for slot in self.nuisance if slot not in hypothesis.free) for hypothesis in hypotheses]
         whole = [(*hypothesis.free, *others) for hypothesis, others in zip(hypotheses, held, strict=True)]
-        fits: list[Fit] = []
-        for hypothesis, others, columns in zip(hypotheses, held, self.problem.linearised(sets, whole), strict=True):
-            products = self.whitening.products(columns)
-            parts = (products[:, 0, 0], products[:, 1:, 0], products[:, 1:, 1:])
-            fits.append(Fit(hypothesis.free, others, hypothesis.values, *parts))
-        return fits
+        products = map(self.whitening.products, self.problem.linearised(sets, whole))
+        parts = zip(hypotheses, held, products, strict=True)
+        return [Fit.of(own.free, others, own.values, joint) for own, others, joint in parts]
+
+    def beside(self, before: Free, values: Tensor, others: Sequence[tuple[Free, Tensor]]) -> list[Fit]:
+        """Quadratic models of what is free and of some more parameters, each where these start.
+
+        Derivatives by what is free are those at ``values``, of one rollout for all.
+
+        Args:
+            before: what is free.
+            values: the parameter set where it is best ``# (P,)``.
+            others: what is free beside it, and the parameter set to start from.
+        """
+        if not others:
+            return []
+        held = tuple(slot for slot in self.nuisance if slot not in before)
+        (known,) = self.problem.linearised(values[None], [(*before, *held)])
+        own = self.problem.linearised(torch.stack([start for _, start in others]), [free for free, _ in others])
+        products = (self.whitening.products(torch.cat([columns, known[..., 1:]], dim=-1)) for columns in own)
+        pairs = zip(others, products, strict=True)
+        return [Fit.of((*free, *before), held, start, joint) for (free, start), joint in pairs]
 
     def fit(self, hypotheses: Sequence[Hypothesis], steps: int = STEPS) -> list[Fit]:
         """Gauss–Newton with a line search, all hypotheses in one rollout per step; what was asked before is known."""

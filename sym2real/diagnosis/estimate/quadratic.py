@@ -47,6 +47,11 @@ class Fit:
     gradient: Tensor
     curvature: Tensor
 
+    @classmethod
+    def of(cls, free: Free, held: Free, values: Tensor, products: Tensor) -> Fit:
+        """From products of residuals and their derivatives with each other ``# (S, 1 + A, 1 + A)``."""
+        return cls(free, held, values, products[:, 0, 0], products[:, 1:, 0], products[:, 1:, 1:])
+
     @property
     def total(self) -> float:
         """Whitened squares of all segments."""

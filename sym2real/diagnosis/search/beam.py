@@ -100,7 +100,7 @@ def search(prepared: Prepared, stages: Stages) -> SearchResult:
 
 def _searched(prepared: Prepared, stages: Stages) -> Selection:
     selection = Selection(prepared.problems, prepared.candidates, prepared.origin)
-    beam = Beam(selection, stages.on_progress, prepared.problems.total(prepared.full_fit))
+    beam = Beam(selection, stages.on_progress, float(prepared.problems.totals([prepared.full_fit])))
     stages.try_to(f"searching among {len(prepared.candidates)} effects", Beam.search, beam)
     return selection
 

@@ -41,6 +41,5 @@ def hidden_pairs(selection: Selection, effects: EffectSet) -> list[EffectSet]:
                 promising.append((both, (first, second)))
     pairs = [pair for _, pair in sorted(promising, key=lambda entry: entry[0])[:REFITTED]]
     parts = [part(*pair) for pair in pairs]
-    hypotheses = [Hypothesis(own.free, problems.moved(own, problems.best_step(own))) for own in parts]
-    fits = problems.fit(hypotheses)
+    fits = problems.fit([Hypothesis(own.free, problems.moved(own, problems.best_step(own))) for own in parts])
     return [selection.set_of([*chosen, *pair], fit) for pair, fit in zip(pairs, fits, strict=True)]

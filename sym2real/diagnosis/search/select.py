@@ -168,8 +168,9 @@ class Selection:
     def started(self, chosen: Sequence[Candidate], values: Tensor) -> list[Hypothesis]:
         """Effects from values ``# (P,)`` of which one is at another of its starts."""
         free = self.free(chosen)
-        starts = [candidate.started(values, start) for candidate in chosen for start in candidate.starts]
-        return [Hypothesis(free, start) for start in starts]
+        return [
+            Hypothesis(free, candidate.started(values, start)) for candidate in chosen for start in candidate.starts
+        ]
 
     def _screened(self, effects: EffectSet, others: Sequence[Candidate]) -> Screening:
         """Held-out loss without any candidate, and candidates by the loss predicted with them, each with its start."""
@@ -179,17 +180,14 @@ class Selection:
         reference = float(self.problems.left_out(everything.part(before)).sum())
         parts = [(candidate, everything.part((*before, *candidate.free))) for candidate in at_null]
         started = [(candidate, level) for candidate in others for level in candidate.starts]
-        hypotheses = [
-            Hypothesis((*before, *candidate.free), candidate.started(values, level)) for candidate, level in started
-        ]
-        fits = self.problems.quadratics(hypotheses)
+        fits = self.problems.beside(before, values, [(own.free, own.started(values, level)) for own, level in started])
         parts += [(candidate, self.problems.by_fold(fit)) for (candidate, _), fit in zip(started, fits, strict=True)]
         best: dict[str, tuple[float, Candidate, Tensor]] = {}
-        for candidate, fit in parts:
-            loss = float(self.problems.left_out(fit).sum())
-            if candidate.name not in best or loss < best[candidate.name][0]:
+        losses = [float(self.problems.left_out(fit).sum()) for _, fit in parts]
+        for loss, (candidate, fit) in sorted(zip(losses, parts, strict=True), key=lambda entry: entry[0]):
+            if candidate.name not in best:
                 best[candidate.name] = (loss, candidate, self.problems.moved(fit, self.problems.best_step(fit)))
-        return reference, sorted(best.values(), key=lambda entry: entry[0])
+        return reference, [*best.values()]
 
     def model_of_all(self, before: Free, values: Tensor, candidates: Sequence[Candidate]) -> Fit:
         """The quadratic model, by fold, of parameters that are free and of all candidates at their null."""

@@ -168,9 +168,7 @@ class Selection:
     def started(self, chosen: Sequence[Candidate], values: Tensor) -> list[Hypothesis]:
         """Effects from values ``# (P,)`` of which one is at another of its starts."""
         free = self.free(chosen)
-        return [
-            Hypothesis(free, candidate.started(values, start)) for candidate in chosen for start in candidate.starts
-        ]
+        return [Hypothesis(free, own.started(values, start)) for own in chosen for start in own.starts]
 
     def _screened(self, effects: EffectSet, others: Sequence[Candidate]) -> Screening:
         """Held-out loss without any candidate, and candidates by the loss predicted with them, each with its start."""

@@ -20,7 +20,7 @@ from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.search.effect_set import EffectSet
 from sym2real.diagnosis.search.intervals import estimates, none_within
 from sym2real.diagnosis.search.narrow import join_narrow
-from sym2real.diagnosis.search.near import Near, Place, _nearly, as_good, groups_of
+from sym2real.diagnosis.search.near import Near, Place, _nearly, as_good, groups_of, left_its_part
 from sym2real.diagnosis.search.needed import Needed, Predicted, keep_needed
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.search.settled import plainer_set, refuted, settle
@@ -49,7 +49,7 @@ def chosen(keys: tuple[str, ...], *names: str, flights: Dataset | None = None) -
 def plainer(selection: Selection, gone: tuple[str, ...] = ()) -> EffectSet | None:
     """A plainer set than the one that was chosen, one exchange away."""
     near = Near.of(selection)
-    return plainer_set(near, near.exchanged, gone)
+    return plainer_set(near, [other for place in near.places for other in place.worth_it], gone)
 
 
 def test_what_an_unknown_start_does_is_no_error_of_a_hypothesis() -> None:
@@ -154,6 +154,19 @@ def test_what_else_is_missing_does_not_stand_in_an_effects_place() -> None:
     near = Near.of(selection)
     assert near.probabilities()["wind"] > 0.99
     assert "rate_loop_gain" not in groups_of(near)["wind"]
+
+
+def test_what_leaves_an_effect_its_part_is_not_in_its_place_however_much_more_it_saves() -> None:
+    """Motors that are slow explain much more of an estimator's attitude than the ground's effect does of the height."""
+    flights = flights_with_all({"wind": {"fx": 0.003}, "rate_loop_gain": {"value": 0.5}})
+    selection = chosen(("wind", "rate_loop_gain", "linear_drag"), "wind", flights=flights)
+    (wind,), empty = selection.chosen, selection.without(selection.present, selection.chosen[0])
+    others = {larger.candidate.name: larger for larger in selection.larger(empty)}
+    assert others["rate_loop_gain"].loss < selection.present.loss
+    assert left_its_part(selection, wind, empty, others["rate_loop_gain"])
+    windy = chosen(("wind", "linear_drag"), "linear_drag")
+    (drag,), empty = windy.chosen, windy.without(windy.present, windy.chosen[0])
+    assert not left_its_part(windy, drag, empty, windy.larger(empty)[0])
 
 
 def test_a_set_in_which_two_effects_are_others_stands_for_both() -> None:
@@ -408,10 +421,11 @@ def test_what_shares_a_number_or_cannot_stand_beside_what_is_chosen_is_not_open(
 
 
 def test_in_an_effects_place_stands_another_that_is_not_at_its_bound() -> None:
-    selection = chosen(("wind", "linear_drag"), "wind")
+    keys, flights = ("linear_drag", "quadratic_drag"), flights_with("quadratic_drag", {"value": 0.003})
+    selection = chosen(keys, "quadratic_drag", flights=flights)
     (place,) = Near.of(selection).places
     assert [other.candidate.name for other in place.alternatives] == ["linear_drag"]
-    least = 0.1 * float(place.alternatives[0].fit.values[selection.candidates[1].slots].abs().max())
+    least = 0.1 * float(place.alternatives[0].fit.values[selection.candidates[0].slots].abs().max())
     narrow = narrowed(selection, "linear_drag", least)
     narrow.put(selection.chosen, selection.fit)
     assert Near.of(narrow).places[0].alternatives == []
@@ -424,7 +438,7 @@ def test_what_costs_less_beside_an_effect_is_in_its_place_unless_it_surely_does(
     selection = chosen(keys, "quadratic_drag", flights=flights)
     (other,) = Near.of(selection).places[0].alternatives
     (both,) = selection.ranked(selection.present, [other.candidate])
-    selection._larger[selection.present.names] = [replace(both, price=other.price - (1e6 if surely else 1e-6))]
+    selection.known[both.names] = replace(both, price=other.price - (1e6 if surely else 1e-6))
     assert len(Near.of(selection).places[0].alternatives) == 1 - surely
 
 

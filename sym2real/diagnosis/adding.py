@@ -26,7 +26,7 @@ from sym2real.diagnosis.question import Question
 from sym2real.diagnosis.score.finding import Finding, findings, laddered
 from sym2real.diagnosis.score.hypothesis_test import Alternative, HypothesisTest
 from sym2real.diagnosis.search.effect_set import EffectSet
-from sym2real.diagnosis.search.near import Near, as_good, by_own_starts, by_price
+from sym2real.diagnosis.search.near import Near, as_good, by_own_starts, by_price, left_its_part
 from sym2real.diagnosis.search.needed import Predicted, keep_needed
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.settings import SETTINGS
@@ -152,7 +152,8 @@ def _judged(
     others = [candidate for candidate in prepared.candidates if candidate.name not in keys]
     places = [(own, by_price(selection, selection.ranked(without[own.name], others))) for own in selection.chosen]
     judged = {own.name: _alternatives(near, own, empty[own.name], sets) for own, sets in places}
-    outdone = tuple(own.name for own, sets in places if sets and _outdone(selection, own, sets[0], judged[own.name][0]))
+    better = [(own, sets[0]) for own, sets in places if sets and judged[own.name][0].better]
+    outdone = tuple(own.name for own, best in better if not left_its_part(selection, own, without[own.name], best))
     refused = tuple(key for key in keys if key not in supported or key in outdone)
     lines = tuple(other for key in keys for other in _worth_a_line(judged[key], beside[key]))
     verdict = {"beside": beside, "unneeded": unneeded, "outdone": outdone, "rivals": lines, "refused": refused}
@@ -215,15 +216,10 @@ def _alternatives(near: Near, own: Candidate, without: EffectSet, sets: Sequence
         weight = float(near.weights(near.present.held_out, scored.held_out)[0])
         more = scored.loss < (1 - SETTINGS.gain_beside) * near.present.loss
         better = more and weight <= SETTINGS.level and key not in same
-        alike = not better and as_good(near, without.held_out, scored.held_out)
+        alike = not (better or left_its_part(near.selection, own, without, scored))
+        alike = alike and as_good(near, without.held_out, scored.held_out)
         alternatives.append(Alternative(key, 1.0 - scored.loss / without.loss, alike, own.name, better))
     return tuple(alternatives)
-
-
-def _outdone(selection: Selection, own: Candidate, best: EffectSet, alternative: Alternative) -> bool:
-    """Whether the best alternative to an effect does more in its place, and leaves it nothing to do beside it."""
-    both = by_price(selection, selection.ranked(best, [own])) if alternative.better else []
-    return bool(both) and not (both[0].price < best.price and selection.significant(both[0].fit, own))
 
 
 def _findings(

@@ -17,7 +17,9 @@ from scipy.integrate import trapezoid
 from sym2real.dataset import Dataset
 from sym2real.logs.noise import noise_level
 from sym2real.trajectory import Array, Trajectory
+from sym2real.vocabulary import JOINT_ANGLE, JOINT_DISPLACEMENT, POSITION
 
+PLACING = (POSITION.name, JOINT_DISPLACEMENT.name, JOINT_ANGLE.name)
 STRETCH = 25  # steps over which a coordinate and the integral of its rate are compared
 # Times that what has the size of a noise may be off it. A central difference seems 1.6 times as noisy in every second
 # row as in every row, and misses its coordinate by a third of what is expected.
@@ -26,8 +28,10 @@ TINY = 1e-300
 
 
 def measured_rates(data: Dataset) -> tuple[str, ...]:
-    """Fields of the state whose columns are rates that were measured apart from their coordinates."""
-    layout, coordinates = data.layouts.state, {rate: of for of, rate in data.layouts.state.rates.items()}
+    """Fields of the state whose columns are rates that were measured apart from a position, or from joints."""
+    layout = data.layouts.state
+    placed = {column for field in layout.fields if field.name in PLACING for column in field.columns}
+    coordinates = {rate: of for of, rate in layout.rates.items() if of in placed}
     logs = [log for log in data if len(log) > 2 * STRETCH]
     return tuple(
         field.name

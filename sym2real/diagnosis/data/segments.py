@@ -73,11 +73,6 @@ class Segments:
         return len(self.log)
 
     @property
-    def fields(self) -> tuple[str, ...]:
-        """Fields that are compared."""
-        return tuple(self.layout.fields[number].name for number in dict.fromkeys(self.channel))
-
-    @property
     def length(self) -> int:
         """Rows of a segment."""
         return self.measured.shape[1]

@@ -215,8 +215,7 @@ class Problems:
 
     def _within(self, fit: Fit, step: Tensor) -> Tensor:
         """The step, cut where it leaves the bounds."""
-        low, high = self._bounds(fit)
-        slots = list(fit.whole)
+        (low, high), slots = self._bounds(fit), list(fit.whole)
         values, unit = fit.values[slots], self.library.scale[slots]
         return torch.minimum(torch.maximum(step, (low - values) / unit), (high - values) / unit)
 

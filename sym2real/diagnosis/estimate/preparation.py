@@ -32,6 +32,8 @@ NO_SWING = "nothing in these logs swings beyond chance, beside what goes with th
 
 # Times that variances are estimated from a full model's residuals, each fit weighted by the last estimate.
 ROUNDS = 3
+# Times that starts are found again at most.
+SHOTS = 5
 # Part of every segment that the first full fit goes by.
 FIRST = 0.25
 
@@ -220,9 +222,8 @@ def whiten(problem: Problem, effects: tuple[Candidate, ...]) -> Whitened:
     """
     null, segments, fits = problem.library.null, problem.segments, list[torch.Tensor]()
     for piece in (Problem(problem.library, problem.data, segments.first(FIRST)), problem):
-        spread, residuals = Spread.of(piece, null), piece.residuals(null[None])[0]
-        whitening = estimate(spread, residuals, segments.noise, segments.channel, alike=True)
-        problems = Problems.of(piece, whitening)
+        problem, spread, whitening = _restarted(piece, fits[-1] if fits else null)
+        problems = Problems.of(problem, whitening)
         fits = [full_fit(problems, effects, null), *(full_fit(problems, effects, null, fit) for fit in fits)]
     best = int(problems.totals(fits).argmin())
     values = fits[best]
@@ -236,6 +237,22 @@ def whiten(problem: Problem, effects: tuple[Candidate, ...]) -> Whitened:
     return Whitened(problem, spread, whitening, values)
 
 
+def _restarted(moved: Problem, values: torch.Tensor) -> tuple[Problem, Spread, Whitening]:
+    """With likely starts, found again and again as long as that halves what the last covariance does not expect.
+
+    What falls over within a segment carries a start's error so far that no derivative tells where it ends.
+    """
+    segments, left = moved.segments, moved.residuals(values[None])[0]
+    for _ in range(SHOTS):
+        problem, spread = moved, Spread.of(moved, values)
+        whitening = estimate(spread, left, segments.noise, segments.channel, alike=True)
+        before, moved = whitening.misfit(left), _with_likely_starts(problem, spread, whitening, values)
+        left = moved.residuals(values[None])[0]
+        if whitening.misfit(left) > SETTINGS.mostly * before:
+            break
+    return problem, spread, whitening
+
+
 def _with_likely_starts(problem: Problem, spread: Spread, whitening: Whitening, values: torch.Tensor) -> Problem:
     """The problem with every segment started where that most likely was, given all of it: δ = -P JᵀC⁻¹r.
 
@@ -247,10 +264,9 @@ def _with_likely_starts(problem: Problem, spread: Spread, whitening: Whitening, 
     likely = (spread.start.mT @ whitening.inverse_times(residuals[..., None]))[..., 0]
     starts = segments.layout.retract(segments.start, -likely * free_start(segments.layout))
     moved = Problem(problem.library, problem.data, replace(segments, start=starts))
-    errors = residuals, moved.residuals(values[None])[0]
-    before, after = ((part.square() * whitening.weight).sum(1) for part in errors)
-    kept = torch.where((after < before)[:, None], starts, segments.start)
-    return Problem(problem.library, problem.data, replace(segments, start=kept))
+    before, after = ((e.square() * whitening.weight).sum(1) for e in (residuals, moved.residuals(values[None])[0]))
+    starts = torch.where((after < before)[:, None], starts, segments.start)
+    return Problem(problem.library, problem.data, replace(segments, start=starts))
 
 
 def unpredicted_notes(problem: Problem) -> tuple[str, ...]:

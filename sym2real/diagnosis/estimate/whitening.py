@@ -142,7 +142,7 @@ class Spread:
             names=tuple(name for name, _ in names),
             sizes=jacobian.new_tensor([size for _, size in names]),
             components=len(problem.segments.compared),
-            fields=problem.segments.fields,
+            fields=tuple(layout.fields[number].name for number in dict.fromkeys(problem.segments.channel)),
         )
 
     def like(self, other: Whitening) -> Whitening:

@@ -37,13 +37,12 @@ def by_importance(selection: Selection) -> Ordered:
 
 
 def _ordered(selection: Selection) -> Ordered:
-    order = _order(selection)
-    problems, values = selection.problems, selection.origin
+    order, values = _order(selection), selection.origin
     ordered: Ordered = []
     for number, candidate in enumerate(order[:-1], start=1):
         values = values.clone()
         values[candidate.slots] = selection.fit.values[candidate.slots]
-        (fit,) = problems.fit([Hypothesis(selection.free(order[:number]), values)])
+        (fit,) = selection.problems.fit([Hypothesis(selection.free(order[:number]), values)])
         ordered.append((candidate, fit))
         values = fit.values
     return [*ordered, *((last, selection.fit) for last in order[-1:])]

@@ -42,11 +42,6 @@ class EffectSet:
         """Of the effects."""
         return frozenset(candidate.name for candidate in self.chosen)
 
-    @cached_property
-    def thresholds(self) -> int:
-        """Number of effects that do nothing on one side of a threshold."""
-        return sum(candidate.needs_start for candidate in self.chosen)
-
     @property
     def smaller(self) -> list[frozenset[str]]:
         """Names of the sets with one effect less."""

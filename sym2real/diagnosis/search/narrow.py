@@ -11,7 +11,7 @@ from sym2real.diagnosis.estimate.significance import least_gain
 from sym2real.diagnosis.search.effect_set import EffectSet
 from sym2real.diagnosis.search.near import Near
 from sym2real.diagnosis.search.needed import Needed, Predicted
-from sym2real.diagnosis.search.select import PROMISING, REFITTED, Selection, parameter_set
+from sym2real.diagnosis.search.select import PROMISING, Selection, parameter_set
 from sym2real.diagnosis.search.settled import refuted
 from sym2real.diagnosis.settings import SETTINGS
 
@@ -49,7 +49,7 @@ def _narrow(selection: Selection) -> Iterator[EffectSet]:
         return
     reference, screened = selection.screening(selection.present)
     most = (1 - PROMISING * SETTINGS.gain_of(count) / len(problems.whitening.sensor)) * reference
-    smooth = [(other, start) for loss, other, start in screened[:REFITTED] if loss < most and not other.needs_start]
+    smooth = [(other, start) for loss, other, start in screened if loss < most and not other.needs_start]
     for larger in selection.refitted(selection.chosen, smooth):
         reported, slots = parameter_set(selection, larger.chosen, larger.fit.values), larger.candidate.slots
         least = least_gain(problems, larger.candidate, larger.fit.values, count)

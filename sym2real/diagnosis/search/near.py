@@ -38,7 +38,7 @@ class Place:
         candidate: the effect.
         empty: the others alone.
         alternatives: what was fitted in the effect's place, inside its bounds, best first; what surely costs less
-            beside the effect is not in its place.
+            beside the effect, or leaves it most of what it saves, is not in its place.
         outdone: whether something at the end of what is likely costs surely less there than the chosen set, which does
             not save nearly as much.
     """
@@ -80,17 +80,10 @@ class Near:
     @classmethod
     def of(cls, selection: Selection) -> Near:
         """Every effect of the set left out, and every alternative that is worth a fit put in its place."""
-        beside = selection.larger(selection.present)
-        joined = {larger.candidate.name: larger for larger in beside}
         present = by_own_starts(selection, selection.present)
-        places = tuple(_place(selection, candidate, joined, present) for candidate in selection.chosen)
-        beyond_chance = [larger for larger in beside if selection.significant(larger.fit, larger.candidate)]
-        return cls(selection, places, present, by_price(selection, beyond_chance))
-
-    @property
-    def exchanged(self) -> list[EffectSet]:
-        """Sets with another effect in the place of one, which costs less than none there."""
-        return [other for place in self.places for other in place.worth_it]
+        places = tuple(_place(selection, candidate, present) for candidate in selection.chosen)
+        sure = [more for more in selection.larger(selection.present) if selection.significant(more.fit, more.candidate)]
+        return cls(selection, places, present, by_price(selection, sure))
 
     def with_elsewhere(self) -> Near:
         """The same with sets that are not around, of which two effects are others, as a gain and a delay for play and a
@@ -131,17 +124,26 @@ class Near:
         return torch.softmax(drawn @ evidence.T, dim=1).mean(0)
 
 
-def _place(selection: Selection, candidate: Candidate, joined: Mapping[str, EffectSet], present: EffectSet) -> Place:
-    """The place of an effect of the present set; of others, by their names, that set with them (``joined``)."""
+def _place(selection: Selection, candidate: Candidate, present: EffectSet) -> Place:
+    """The place of an effect of the present set."""
     rest = selection.without(selection.present, candidate)
     others = [other for other in selection.larger(rest) if other.candidate is not candidate]
-    both = {other.candidate.name: joined.get(other.candidate.name, other) for other in others}
-    others = [other for other in others if not selection.surely_cheaper(both[other.candidate.name], other)]
+    others = [other for other in others if not left_its_part(selection, candidate, rest, other)]
     inside = [other for other in others if not selection.at_bound(other.fit, other.candidate)]
     ends = [by_own_starts(selection, other) for other in others if other not in inside]
     empty = by_own_starts(selection, rest)
     outdone = any(selection.surely_cheaper(other, present) and not _nearly(present, other, empty) for other in ends)
     return Place(candidate, empty, by_price(selection, inside), outdone)
+
+
+def left_its_part(selection: Selection, own: Candidate, rest: EffectSet, other: EffectSet) -> bool:
+    """Whether an effect is needed beside a set, whose effects are not in its place: with it the set costs surely less,
+    or most of what it saves beside the rest of the present one it saves there.
+    """
+    other, rest = (selection.known.get(effects.names, effects) for effects in (other, rest))
+    both = selection.known.get(other.names | {own.name}) or selection.beside([*other.chosen, own], other.fit)
+    saved = SETTINGS.mostly * (rest.loss - selection.present.loss)
+    return selection.surely_cheaper(both, other) or 0 < saved <= other.loss - both.loss
 
 
 def _nearly(effects: EffectSet, other: EffectSet, fewer: EffectSet) -> bool:
@@ -175,7 +177,8 @@ def groups_of(near: Near) -> dict[str, tuple[str, ...]]:
         own, members = place.candidate.name, list(place.candidate.alike)
         for other in (other for other in (*place.alternatives, *near.elsewhere) if own not in other.names):
             joined, gone = other.names - chosen, chosen - other.names
-            if as_good(near, place.empty.held_out, other.held_out):
+            needed = left_its_part(near.selection, place.candidate, place.empty, other)
+            if not needed and as_good(near, place.empty.held_out, other.held_out):
                 members += sorted(alone[own] & joined or joined.difference(*(alone[name] for name in gone)))
         members = [key for name in (own, *members) for key in (name, *always_alike(name, library.equations))]
         # What the equations name themselves is what a user can look up.

@@ -183,9 +183,8 @@ def _rise(whole: RungError, without: RungError) -> float:
     effect, also the lower end of their ratio, which is known better: where a robot is hard to predict, both are large.
     """
     rise = without.low / max(whole.value, 1e-12)
-    if whole.value > (1 - SETTINGS.worth_saying) * without.value:
-        return rise
-    return max(rise, without.ratio_to(whole)[0])
+    little = whole.value > (1 - SETTINGS.worth_saying) * without.value
+    return rise if little else max(rise, without.ratio_to(whole)[0])
 
 
 def judged_horizons(data: Dataset, after: float) -> tuple[float, ...]:

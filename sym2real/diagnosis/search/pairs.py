@@ -8,7 +8,7 @@ neither is, each its part; a pair that hides each other saves more than both do 
 
 from __future__ import annotations
 
-from itertools import combinations
+from itertools import combinations, starmap
 
 from sym2real.diagnosis.estimate.quadratic import Fit, Hypothesis
 from sym2real.diagnosis.predict.candidate import Candidate
@@ -40,6 +40,6 @@ def hidden_pairs(selection: Selection, effects: EffectSet) -> list[EffectSet]:
             if selection.price(both, len(chosen) + 2) < selection.price(min(nothing, apart), len(chosen)):
                 promising.append((both, (first, second)))
     pairs = [pair for _, pair in sorted(promising, key=lambda entry: entry[0])[:REFITTED]]
-    parts = [part(*pair) for pair in pairs]
-    fits = problems.fit([Hypothesis(own.free, problems.moved(own, problems.best_step(own))) for own in parts])
-    return [selection.set_of([*chosen, *pair], fit) for pair, fit in zip(pairs, fits, strict=True)]
+    starts = ((own.free, problems.moved(own, problems.best_step(own))) for own in starmap(part, pairs))
+    fits = zip(pairs, problems.fit([*starmap(Hypothesis, starts)]), strict=True)
+    return [selection.set_of([*chosen, *pair], fit) for pair, fit in fits]

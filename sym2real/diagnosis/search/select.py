@@ -145,7 +145,7 @@ class Selection:
         there = (away > half_widths(self.problems, fit)[: len(slots)]) & self.problems.identifiable(fit)[: len(slots)]
         own = torch.tensor([library.slots[slot].parameter.acts_alone for slot in slots], dtype=torch.bool)
         enough = self.problems.block_count >= SETTINGS.fewest_pieces
-        return effects.thresholds, enough * int((there & own).sum())
+        return sum(own.needs_start for own in effects.chosen), enough * int((there & own).sum())
 
     def open(self, chosen: Sequence[Candidate], others: Sequence[Candidate]) -> list[Candidate]:
         """Those of the candidates that share no parameter with what is chosen."""

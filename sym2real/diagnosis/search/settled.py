@@ -58,7 +58,8 @@ def _asked_again(selection: Selection, gone: Collection[str]) -> list[EffectSet]
 def _instead(near: Near, gone: Collection[str]) -> EffectSet | None:
     """What takes the place of an effect that the logs do not bear out, or of one that is not plain; None otherwise."""
     place = refuted(near, gone)
-    return plainer_set(near, near.exchanged, gone) if place is None else _in_place(near.selection, place, gone)
+    exchanged = [other for around in near.places for other in around.worth_it]
+    return plainer_set(near, exchanged, gone) if place is None else _in_place(near.selection, place, gone)
 
 
 def plainer_set(near: Near, sets: Sequence[EffectSet], gone: Collection[str] = ()) -> EffectSet | None:

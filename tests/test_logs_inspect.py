@@ -303,6 +303,21 @@ def test_inverse_attitude_and_commands(flight: Flight, tmp_path: Path) -> None:
     assert "0.035 kg" in mass.evidence
 
 
+@pytest.mark.parametrize(("make", "places"), [(px4, "vehicle_local_position."), (ros, ".pose.pose.position.")])
+def test_noise_of_positions_makes_no_robot_lighter(
+    flight: Flight, tmp_path: Path, make: Callable[[Flight], dict[str, Array]], places: str
+) -> None:
+    """Of 3 cm at 50 Hz each row's acceleration is off by 30 m/s², with z up or down; the mean carries the weight."""
+    noise = np.random.default_rng(5)
+    columns = {
+        name: (values + noise.normal(0.0, 0.03, ROWS) * name.startswith(places))[::2]
+        for name, values in (make(flight) | {"thrust": 1.5 * flight.thrust}).items()
+    }
+    found = next(row for row in inspect_logs(save(tmp_path, columns)).rows if row.column == "thrust")
+    share = float(re.findall(r"(\S+) times the specific force", found.evidence)[0])
+    assert share == pytest.approx(1.5, rel=0.06)
+
+
 @pytest.mark.parametrize("make", [cflib, px4, ros, numbered, inverse_attitude])
 def test_proposals_read_back_as_toml(
     flight: Flight, tmp_path: Path, make: Callable[[Flight], dict[str, Array]]

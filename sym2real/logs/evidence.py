@@ -56,6 +56,10 @@ class Rows:
         below = self.spread(second)
         return self.spread(first) / below if below > 0 else float("inf")
 
+    def mean(self, column: Array) -> float:
+        """Mean without the ends of logs, where a slope is mostly noise."""
+        return float(np.concatenate([_inside(part) for part in self.parts(column)]).mean())
+
     def moving(self, columns: Array) -> Array:
         """Columns ``# (rows, k)``, smoothed, about the means of their logs, without ends that smoothing spoils."""
         return np.stack([_moving(self.parts(column)) for column in columns.T], axis=1)
@@ -64,5 +68,8 @@ class Rows:
 def _moving(parts: Sequence[Array]) -> Array:
     kernel = np.ones(SMOOTHING) / SMOOTHING
     smooth = [np.convolve(part, kernel, mode="same") if len(part) >= SMOOTHING else part for part in parts]
-    cut = [part[SMOOTHING:-SMOOTHING] if len(part) > 4 * SMOOTHING else part for part in smooth]
-    return np.concatenate([part - part.mean() for part in cut])
+    return np.concatenate([part - part.mean() for part in map(_inside, smooth)])
+
+
+def _inside(part: Array) -> Array:
+    return part[SMOOTHING:-SMOOTHING] if len(part) > 4 * SMOOTHING else part

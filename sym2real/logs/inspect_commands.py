@@ -27,13 +27,16 @@ def inspect_commands(draft: Draft) -> None:
         draft.settle("vbat", *reading)
 
 
-def _specific_force(draft: Draft) -> Array | None:
-    """Acceleration without gravity along the body z axis, m/s² ``# (rows,)``; None where unknown."""
+def _specific_force(draft: Draft) -> float:
+    """Mean acceleration without gravity along the body's z axis, m/s²; that of gravity where unknown.
+
+    Noise of positions makes each row's far too large to either side, and leaves the mean. It is negative with z down.
+    """
     if draft.acceleration is None or draft.world is None or draft.acceleration.shape[1] < 3:
-        return None
+        return GRAVITY
     weight = np.array([0.0, 0.0, GRAVITY if draft.frames == "z_up" else -GRAVITY])
-    force: Array = np.abs(((draft.acceleration + weight) * derive.up(draft.world)).sum(axis=1))
-    return force
+    force = ((draft.acceleration + weight) * derive.up(draft.world)).sum(axis=1)
+    return abs(draft.rows.mean(force)) or GRAVITY
 
 
 def _thrust(draft: Draft) -> None:
@@ -41,11 +44,11 @@ def _thrust(draft: Draft) -> None:
     if values.mean() < 0:  # along the body's z down, as PX4 has it
         draft.suspect(column, f"mean {values.mean():.3g}, and what carries a robot points up")
         values = -values
-    level, most, force = float(values.mean()), largest(draft, [THRUST_COLUMN]), _specific_force(draft)
+    level, most = float(values.mean()), largest(draft, [THRUST_COLUMN])
     if not level:
         draft.leave_open(THRUST_COLUMN, "thrust command", "its mean is 0, which carries nothing", "scale = 1.0 }")
         return
-    share = level / (GRAVITY if force is None else float(force.mean()))
+    share = level / _specific_force(draft)
     part = "a command of 0 to 1"
     # The mean carries the weight, whatever it counts.
     worth = f"scale = 1.0 }}  # put mass in kg × {GRAVITY / level:.6g} ("

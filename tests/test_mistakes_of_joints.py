@@ -16,6 +16,7 @@ from sym2real.diagnosis.faults.mistakes.transformation import Late, of_all
 from sym2real.diagnosis.faults.sanity import check
 from sym2real.experiments.noisy_runs import noisy_runs
 from sym2real.logs import read_logs
+from sym2real.logs.derive import unwrapped
 from sym2real.robots import ROBOTS, Robot
 from sym2real.tasks import make_task
 from sym2real.trajectory import Array, Trajectory
@@ -161,3 +162,22 @@ def test_an_encoder_that_begins_anew_after_a_turn_is_unwrapped(tmp_path: Path) -
     assert any("q1 is unwrapped" in note for note in checked.notes)
     (fault,) = checked.faults
     assert fault.name == "q2 jumps"
+
+
+def test_an_angle_in_degrees_is_no_encoder_that_begins_anew(tmp_path: Path) -> None:
+    """A few of its steps are more than half a turn of radians, and nothing tells such motion from a jump by a turn."""
+    written = [times(DEGREES, "q2")(two_links.swings(seed=seed, seconds=8.0)) for seed in (6, 9)]
+    assert all(np.abs(np.diff(log[:, 2])).max() > np.pi for log in written)
+    files = [two_links.write(tmp_path / f"{i}.csv", log) for i, log in enumerate(written)]
+    data = read_logs(files, layouts=LINKS.layouts)
+    np.testing.assert_allclose(data[0].column("q2"), written[0][:, 2], atol=1e-6)
+    checked = check(BASE, data)
+    assert not any("unwrapped" in note for note in checked.notes)
+    (fault,) = checked.faults
+    assert fault.name == "sensor_scale:q2 (57.3)"
+
+
+def test_a_fast_wheel_that_begins_anew_after_a_turn_is_unwrapped() -> None:
+    """It turns by more than a quarter turn from row to row, and stays within a turn."""
+    angle = 1.9 * np.arange(200.0)
+    np.testing.assert_allclose(unwrapped(angle % (2 * np.pi)), angle, atol=1e-9)

@@ -18,6 +18,7 @@ from sym2real.trajectory import Array
 
 SHORTEST, USUAL = 3, 5
 CHI_SQUARE_MEDIAN = 0.4549  # of one degree of freedom
+ONE_TURN = 2.02 * np.pi  # rad, noise at its ends included
 
 
 def rows_around(time: Array, dt: float | None) -> int:
@@ -176,11 +177,15 @@ def _alike(angles: Array) -> list[Array]:
 def unwrapped(angle: Array) -> Array:
     """An angle in rad ``# (rows,)`` without an encoder's jumps by whole turns; other jumps stay as they are.
 
-    A jump is one of whole turns where what is left of it is at most twice the largest of all other steps.
+    A jump is one of whole turns where what is left of it is at most twice the largest of all other steps. Where those
+    are no smaller than a quarter turn, that holds of any step, such as of an angle that is in degrees: it is unwrapped
+    only if it stays within a turn, as what begins anew does.
     """
     steps = np.diff(angle)
     turns = np.round(steps / (2.0 * np.pi))
     usual = np.abs(steps[turns == 0]).max(initial=0.0)
+    if usual >= 0.5 * np.pi and np.ptp(angle) > ONE_TURN:
+        return angle
     turns[np.abs(steps - 2.0 * np.pi * turns) > 2.0 * usual] = 0.0
     return angle - 2.0 * np.pi * np.concatenate([[0.0], np.cumsum(turns)])
 

@@ -44,20 +44,25 @@ def set_world(draft: Draft, attitude: Attitude) -> None:
     draft.body_rates = draft.rows.each(derive.body_rate, draft.rows.stamps, draft.world)
 
 
-def tilt_agreement(draft: Draft) -> dict[str, float]:
-    """Correlation of horizontal acceleration with what pitch and roll should cause; empty where nothing tilts.
+def tilts(draft: Draft, world: Array) -> dict[str, tuple[Array, Array]]:
+    """The horizontal acceleration that pitch and roll of an attitude cause, beside the measured one; none of a car.
 
     In the frame that turns with the heading, a level thrust gives g·(body z axis) as horizontal acceleration.
     """
-    if draft.acceleration is None or draft.world is None or draft.assignment.is_car:
+    if draft.acceleration is None or draft.assignment.is_car:
         return {}
-    back = np.exp(-1j * derive.heading(draft.world))
+    back = np.exp(-1j * derive.heading(world))
     expected, measured = (
-        back * (part[:, 0] + 1j * part[:, 1]) for part in (GRAVITY * derive.up(draft.world), draft.acceleration)
+        back * (part[:, 0] + 1j * part[:, 1]) for part in (GRAVITY * derive.up(world), draft.acceleration)
     )
-    pairs = {"pitch": (expected.real, measured.real), "roll": (expected.imag, measured.imag)}
-    tilts = {angle: pair for angle, pair in pairs.items() if draft.rows.spread(pair[0]) > GRAVITY * TILTING}
-    return {angle: draft.rows.correlation(*pair) for angle, pair in tilts.items()}
+    return {"pitch": (expected.real, measured.real), "roll": (expected.imag, measured.imag)}
+
+
+def tilt_agreement(draft: Draft) -> dict[str, float]:
+    """Correlation of horizontal acceleration with what pitch and roll should cause; empty where nothing tilts."""
+    pairs = {} if draft.world is None else tilts(draft, draft.world)
+    tilting = {angle: pair for angle, pair in pairs.items() if draft.rows.spread(pair[0]) > GRAVITY * TILTING}
+    return {angle: draft.rows.correlation(*pair) for angle, pair in tilting.items()}
 
 
 def gyro_agreement(draft: Draft) -> dict[str, float]:

@@ -2,10 +2,10 @@
 
 from dataclasses import replace
 from itertools import product
-from math import pi
 
 import numpy as np
 
+from sym2real.logs.angle_units import of_measured, of_wanted
 from sym2real.logs.attitude_reading import (
     ORDERS,
     course_agreement,
@@ -17,8 +17,7 @@ from sym2real.logs.attitude_reading import (
 )
 from sym2real.logs.draft import Draft
 from sym2real.logs.parts import UPRIGHT, Attitude, Direction, Frames
-from sym2real.logs.reading import CLEAR, Reading, by_name, by_ratio, by_size
-from sym2real.logs.units import GRAVITY
+from sym2real.logs.reading import CLEAR, Reading
 from sym2real.vocabulary import EULER_ANGLES
 
 NORM = 0.05
@@ -26,18 +25,20 @@ NORM = 0.05
 RARE_INVERSE, RARE_NED, RARE_ORDER, HEIGHT_COUNTS = 0.2, 0.5, 0.1, 0.8
 COURSE_COUNTS = 3.0  # a car that drives where it points tells more than the sign of one rate
 ALOFT = 0.05  # m
-ANGLES = ("rad", "deg")
 FRAMES: tuple[tuple[Frames, float], ...] = (("z_up", 1.0), ("ned_frd", -1.0))
 
 
 def inspect_attitudes(draft: Draft) -> None:
     """Find all attitudes; sets ``world`` and ``body_rates`` from the measured one."""
-    for name, parts in draft.assignment.angles.items():
-        _euler(draft, name, parts)
+    if "attitude" in draft.assignment.angles:
+        _euler(draft, "attitude", of_measured(draft, _angles(draft, "attitude")))
     for name, parts in sorted(draft.assignment.quaternions.items()):
         _quaternion(draft, name, parts)
     if "attitude" in draft.attitudes:
         _decide(draft)
+    for name in draft.assignment.angles:
+        if name != "attitude":
+            _euler(draft, name, of_wanted(draft, _angles(draft, name)))
     for name, parts in draft.assignment.quaternions.items():
         if name in draft.attitudes:
             _report_quaternion(draft, name, lettered="w" in parts)
@@ -67,22 +68,15 @@ def _report_quaternion(draft: Draft, name: str, lettered: bool) -> None:
         draft.add(column, f"{name} q{letter}", "1", evidence, "certain" if lettered else "likely")
 
 
-def _euler(draft: Draft, name: str, parts: dict[str, str]) -> None:
-    columns = tuple(parts[key] for key in EULER_ANGLES)
-    values = draft.raw(*columns)
-    guess = angle_unit(draft, columns, float(np.abs(values).max()))
-    if guess[2] != "certain" and name == "attitude" and draft.acceleration is not None and not draft.assignment.is_car:
-        # A tilt of 1 rad accelerates by g: so does one of 57.3 deg.
-        share = draft.rows.ratio(GRAVITY * values[:, :2], draft.acceleration[:, :2])
-        guess = by_ratio(ANGLES, share, "the horizontal acceleration over g")
+def _euler(draft: Draft, name: str, guess: Reading) -> None:
+    columns = _angles(draft, name)
     for column, angle in zip(columns, EULER_ANGLES, strict=True):
         draft.add(column, f"{name} {angle}", *guess)
     draft.attitudes[name] = Attitude(euler=columns, unit=guess[0])  # type: ignore[arg-type]
 
 
-def angle_unit(draft: Draft, columns: tuple[str, ...], size: float) -> Reading:
-    """Unit of angles by name or by size, more than a turn in rad."""
-    return by_name(draft, columns) or by_size(ANGLES, size, 2.0 * pi * 1.01)
+def _angles(draft: Draft, name: str) -> tuple[str, ...]:
+    return tuple(draft.assignment.angles[name][key] for key in EULER_ANGLES)
 
 
 def _decide(draft: Draft) -> None:

@@ -1,23 +1,20 @@
 """Evidence on a heading that stands alone: unit, sign and zero, by the way the car moves where that tells."""
 
-from itertools import product
-from math import isnan, pi
+from math import pi
 
 import numpy as np
 
 from sym2real.logs import spec_text
+from sym2real.logs.angle_units import by_gyro, by_turning, by_turns, by_wraps, jumps, turn_in
 from sym2real.logs.attitude_reading import way
-from sym2real.logs.course import TOGETHER, between, decides, together
+from sym2real.logs.course import TOGETHER, between, together
 from sym2real.logs.draft import Draft
-from sym2real.logs.inspect_attitude import ANGLES, angle_unit
 from sym2real.logs.parts import HEADINGS, Source
-from sym2real.logs.reading import Reading, by_ratio
-from sym2real.logs.units import UNITS, unit_by_ratio
+from sym2real.logs.reading import by_name
+from sym2real.logs.units import UNITS
 from sym2real.trajectory import Array
 
 UNIT = 0.05  # of sine and cosine from the unit circle, noise included
-SLOW = 5.0  # a rate of smaller numbers may be in either unit
-WHOLE_TURN = 0.1  # of a turn, within which a jump is one: it turns meanwhile
 
 
 def inspect_yaw(draft: Draft) -> None:
@@ -38,15 +35,15 @@ def inspect_yaw(draft: Draft) -> None:
 
 def _inspect(draft: Draft, name: str, moved: Array | None) -> None:
     column, values, named = draft.column(name), draft.values(name), draft.named_unit(name)
-    sense, by_course = _by_course(values, moved)
-    reading = by_course or _by_wraps(draft, values) or (_by_rate(draft, values) if name == "yaw" else None)
-    unit, evidence, confidence = reading or angle_unit(draft, (column,), float(np.abs(values).max()))
+    sense, by_course = by_turning(values, moved, "the path")
+    reading = by_course or by_wraps(draft, values) or (by_gyro(draft, {"wz": column}) if name == "yaw" else None)
+    unit, evidence, confidence = reading or by_name(draft, (column,)) or by_turns(values)
     if named and unit != named:
         contradiction = f"the name says {named}, the numbers say {unit}"
         draft.comment(name, contradiction)
         evidence = f"{contradiction}: {evidence}"
-    jumps = int((_jumps(draft, values) > 0.75 * _turn(unit)).sum())
-    draft.settle(name, unit, f"{evidence}; wraps {jumps} times", confidence)
+    wraps = int((jumps(draft, values) > 0.75 * turn_in(unit)).sum())
+    draft.settle(name, unit, f"{evidence}; wraps {wraps} times", confidence)
     # A heading that turns against the path, or is counted from elsewhere, stays as recorded.
     heading = sense * draft.series(name)
     if moved is not None and sense < 0:
@@ -92,58 +89,3 @@ def _suspect_the_place(draft: Draft, apart: float) -> None:
             draft.comment(name, f"{name} = {spec_text.text(Source(other, draft.units.get(name, '')))}")
     else:
         draft.suspect(y if abs(apart) < pi / 2 else x, f"the path {evidence}")
-
-
-def _turn(unit: str) -> float:
-    return 2.0 * pi / UNITS[unit][1]
-
-
-def _jumps(draft: Draft, values: Array) -> Array:
-    return np.abs(draft.rows.each(np.diff, values))
-
-
-def _by_course(values: Array, moved: Array | None) -> tuple[float, Reading | None]:
-    """The sense and unit in which the heading turns as the path does, where only one does."""
-    if moved is None:
-        return 1.0, None
-    scores = {
-        (unit, sense): together([moved], [sense * UNITS[unit][1] * values])
-        for unit, sense in product(ANGLES, (1.0, -1.0))
-    }
-    best = max(scores, key=lambda reading: scores[reading])
-    if isnan(scores[best]) or not all(decides(scores[best], scores[score]) for score in scores if score != best):
-        return 1.0, None
-    unit, sense = best
-    other = max(score for (name, _), score in scores.items() if name != unit)
-    turned = "with" if sense > 0 else "against"
-    return sense, (unit, f"in {unit} it turns {turned} the path ({scores[best]:.2f}; {other:.2f})", "certain")
-
-
-def _by_wraps(draft: Draft, values: Array) -> Reading | None:
-    """The unit whose whole turn is what the values jump by."""
-    jumps = _jumps(draft, values)
-    span = max(float(np.ptp(part)) for part in draft.rows.parts(values))
-    for unit in ANGLES:
-        turn = _turn(unit)
-        whole = np.abs(jumps - turn) < WHOLE_TURN * turn
-        if whole.any() and (1.0 - WHOLE_TURN) * turn < span < (1.0 + WHOLE_TURN) * turn:
-            return unit, f"wraps by {jumps[whole].mean():.4g}, a turn in {unit}", "certain"
-    return None
-
-
-def _by_rate(draft: Draft, values: Array) -> Reading | None:
-    """The unit in which it changes as fast as a yaw rate whose unit its name states; where that is unsaid, a guess."""
-    rate = draft.assignment.columns.get("wz", "")
-    if not rate:
-        return None
-    slopes, turning = draft.rows.slopes(values), draft.raw(rate)
-    if abs(draft.rows.correlation(slopes, turning)) < TOGETHER:
-        return None
-    unit, share = draft.assignment.unit(rate), draft.rows.ratio(slopes, turning)
-    if unit:
-        return by_ratio(ANGLES, share / UNITS[unit][1], f"{rate!r} says in rad/s")
-    fastest, turns = float(np.abs(turning).max()), float(np.ptp(values)) >= 2.0 * pi
-    if fastest > SLOW or not turns or unit_by_ratio(share, ANGLES) != "rad":
-        return None
-    either = f"or rad, if {rate!r}, at most {fastest:.3g} and its slope, is in rad/s"
-    return "deg", f"up to {np.abs(values).max():.4g}, more than a turn in rad; {either}", "guess"

@@ -133,7 +133,7 @@ class Effect:
         missing = [name for name in self._bound(self.of.numbers) if name not in body.numbers]
         if missing:
             numbers = f"{self.key} needs the robot's {', '.join(missing)}, which is not among the numbers here"
-            return f"{numbers} (`sym2real nominal` and `learn --numbers` take it)"
+            return f"{numbers} (`sym2real nominal`, `learn --numbers` and `Equations.parse(numbers=…)` take it)"
         if not fits:
             return f"{self.kind} is an effect of a body that moves in space or in a plane"
         if any(name in body.names for name in self.of.hidden):

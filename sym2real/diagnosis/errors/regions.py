@@ -25,12 +25,14 @@ from sym2real.logs.conditions import Region, training_range
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Array
-from sym2real.vocabulary import HEIGHT, JOINT_ANGLE
+from sym2real.vocabulary import HEIGHT, JOINT_ANGLE, JOINT_DISPLACEMENT
 
 MOST = 3
 # Of a tree; smallest piece as a part of the windows, and in windows; folds of its cross-validation.
 DEPTH, LEAF, FEWEST_IN_LEAF, FOLDS = 2, 0.05, 8, 5
 IN_WORDS = {HEIGHT: "vertical position", "xy": "horizontal position"}
+LENGTHS, ANGLES = (HEIGHT, "xy", "position", JOINT_DISPLACEMENT.name), ("attitude", "yaw", JOINT_ANGLE.name)
+UNITS = {**dict.fromkeys(LENGTHS, "m"), **dict.fromkeys(ANGLES, "rad")}  # of other channels nobody knows
 
 
 @dataclass(frozen=True)
@@ -59,7 +61,7 @@ class Where:
 
 @dataclass(frozen=True)
 class Segment:
-    """A stretch of a log with a large error: times in s from the log's start, error in m, or rad for angles."""
+    """A stretch of a log with a large error: times in s from the log's start, error in m, rad or the channel's own."""
 
     log: str
     start: float
@@ -70,16 +72,12 @@ class Segment:
     @property
     def statement(self) -> str:
         """One sentence a person reads."""
-        off = f"{IN_WORDS.get(self.channel, self.channel)} off by {self.error:.2g} {_unit(self.channel)}"
-        return f"{self.log} from {self.start:.1f} to {self.end:.1f} s: {off}"
+        what, unit = IN_WORDS.get(self.channel, self.channel), UNITS.get(self.channel, "")
+        return f"{self.log} from {self.start:.1f} to {self.end:.1f} s: {what} off by {self.error:.2g} {unit}".rstrip()
 
     def to_dict(self) -> dict[str, Any]:
         """An entry of ``worst`` in what ``compare --json`` prints."""
-        return {**fields_of(self), "unit": _unit(self.channel), "statement": self.statement}
-
-
-def _unit(channel: str) -> str:
-    return "rad" if channel in ("attitude", "yaw", JOINT_ANGLE.name) else "m"
+        return {**fields_of(self), "unit": UNITS.get(self.channel, ""), "statement": self.statement}
 
 
 def locate(model: Equations | DynamicsModel, data: Logs, region: Region | None = None) -> tuple[Where, ...]:

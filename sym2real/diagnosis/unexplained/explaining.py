@@ -20,7 +20,7 @@ from sym2real.diagnosis.unexplained.features import part_of_changes
 from sym2real.diagnosis.unexplained.leftover import MISFIT, Leftover, Rest, find_leftovers, find_misfit
 from sym2real.diagnosis.unexplained.term import Term, propose
 
-# Logs that a note names.
+# Pieces that a note names.
 LISTED = 3
 
 
@@ -125,18 +125,20 @@ def disturbance_notes(floor: Sequence[Floor]) -> tuple[str, ...]:
     if (most := disturbed_most(floor)) is None:
         return ()
     words = "make the {} error {:.1f} times that of noise alone".format(*most)
-    instance = "gusts, say, or a part that moves by itself, such as a load on a string"
+    instance = "gusts, an estimator's errors, which go on from row to row, or what moves by itself, as a hanging load"
     return (f"disturbances that follow nothing measured {words}: {instance}",)
 
 
 def odd_pieces_notes(problems: Problems) -> tuple[str, ...]:
-    """Which pieces of the logs are so unlike all others that fits hardly heed them, by their M-estimator weights."""
-    segments, odd = problems.problem.segments, (problems.whitening.trust < SETTINGS.mostly).numpy()
+    """Which pieces of the logs are so unlike all others that fits hardly heed them, by their M-estimator weights: how
+    many, and where the least alike are.
+    """
+    segments, trust = problems.problem.segments, problems.whitening.trust.numpy()
     first, last = (rows * problems.data.dt for rows in (segments.row, segments.row + segments.length - 1))
-    logs = {int(log): odd & (segments.log == log) for log in np.unique(segments.log[odd])}
-    places = [f"{problems.data[k].name} ({first[at].min():.1f} to {last[at].max():.1f} s)" for k, at in logs.items()]
-    some = f"{odd.sum()} of {len(odd)} pieces, in {len(logs)} of {problems.log_count} logs,"
-    return (f"{some} are unlike all others and hardly count: look at {', '.join(places[:LISTED])}",) if places else ()
+    odd = [int(piece) for piece in np.argsort(trust, kind="stable") if trust[piece] < SETTINGS.mostly]
+    places = [f"{problems.data[segments.log[k]].name} ({first[k]:.1f} to {last[k]:.1f} s)" for k in odd[:LISTED]]
+    some = f"{len(odd)} of {len(trust)} pieces, in {len(np.unique(segments.log[odd]))} of {problems.log_count} logs,"
+    return (f"{some} are unlike all others and hardly count: look at {', '.join(places)}",) if places else ()
 
 
 def worse_than_nothing(scored: Scored) -> tuple[Leftover, ...]:

@@ -93,6 +93,8 @@ CASES: list[Case] = [
     (C, "dead_zone:speed", {"value": 1.0}, 0.99, 0.15),
     (C, "dead_zone:steer", {"value": 0.1}, 0.99, 0.15),
     (C, "speed_curve", {"value": 0.1}, 0.99, 0.05),
+    (C, "steering_asymmetry", {"value": 0.1}, 0.99, 0.15),
+    (C, "speed_asymmetry", {"value": 0.1}, 0.99, 0.05),
     (C, "wind", {"fx": 2.0, "fy": 1.0}, 0.99, 0.05),
     (C, "slope", {"gx": 0.3, "gy": 0.5}, 0.99, 0.05),
     (C, "rolling_resistance", {"value": 0.5}, 0.99, 0.05),

@@ -26,6 +26,7 @@ QUADROTOR = {
 CAR = {
     *("tyre_friction", "lateral_slip", "rolling_resistance", "slope", "wheelbase", "yaw_drag"),
     *("tyre_slip", "understeer", "relaxation_length", "yaw_inertia", "steering_curve", "speed_curve"),
+    *("steering_asymmetry", "speed_asymmetry"),
     "speed_loop",
 }
 BOTH = {"wind", "linear_drag", "quadratic_drag", "periodic_force", "yaw_bias", "lever_arm"}

@@ -1,4 +1,4 @@
-"""Maps of a car's commands that bend: right for small ones, wrong for large ones.
+"""Maps of a car's commands that bend, right for small ones and wrong for large ones, or differ from side to side.
 
 ``steering_curve``, δ → δ (1 - c δ²). The equations turn a car by tan δ of one angle. A linkage that turns both front
 wheels alike, where a turn asks more of the inner one, turns it by less the further they are turned (no Ackermann
@@ -7,6 +7,11 @@ is logged as an angle and is a travel.
 
 ``speed_curve``, v → v (1 - c |v|). A motor whose current rises with its load falls behind its commanded speed, as
 one does that an open loop drives; so does a driver's map from command to duty that was taken at one speed.
+
+``steering_asymmetry``, δ → δ + a |δ|. A servo's ends, or the rods to the wheels, were set for each side by itself: the
+wheels turn by 1 + a of the command to the left, and by 1 - a of it to the right.
+
+``speed_asymmetry``, v → v + a |v|. The same of driving ahead and back, as of a motor with a timing for one direction.
 """
 
 from functools import partial
@@ -29,6 +34,18 @@ def _steer(equations: Equations, values: Values, _body: Body) -> Equations:
 
 def _speed(equations: Equations, values: Values, _body: Body) -> Equations:
     return _bent(equations, SPEED_COLUMN, values["value"] * Abs(symbol(SPEED_COLUMN)))
+
+
+def _steer_by_side(equations: Equations, values: Values, _body: Body) -> Equations:
+    return _sided(equations, STEER_COLUMN, values["value"])
+
+
+def _speed_by_side(equations: Equations, values: Values, _body: Body) -> Equations:
+    return _sided(equations, SPEED_COLUMN, values["value"])
+
+
+def _sided(equations: Equations, column: str, part: Expr | float) -> Equations:
+    return equations.substitute({column: symbol(column) + part * Abs(symbol(column))})
 
 
 def _bent(equations: Equations, column: str, lost: Expr) -> Equations:
@@ -58,6 +75,32 @@ SPEED_CURVE = _of_car(
     fix="measure the speed against the command at several speeds, and put that curve into the driver",
     inject=commanding(lambda speed, _, values: speed * (1.0 - values["value"] * abs(speed)), SPEED_COLUMN),
     substitute=_speed,
+    needs=(SPEED_COLUMN,),
+    searching=Searching(varying=(SPEED_COLUMN,), shown_in=lambda _: (Shown.SPEEDS,)),
+)
+_by_side = partial(
+    _of_car,
+    parameters=of_any_body(Parameter("value", "1", null=0.0, low=-0.5, high=0.5, scale=0.1)),
+    confused_with="an offset of the same command, where its size hardly varies",
+    fix="calibrate each side by itself",
+)
+STEERING_ASYMMETRY = _by_side(
+    name="steering_asymmetry",
+    formula=r"\delta \to \delta + a\,|\delta|",
+    summary="The wheels turn further to one side than to the other for the same command.",
+    shown_by="small and large steering angles both ways",
+    inject=commanding(lambda steer, _, values: steer + values["value"] * abs(steer), STEER_COLUMN),
+    substitute=_steer_by_side,
+    needs=(STEER_COLUMN,),
+    searching=Searching(varying=(STEER_COLUMN,), shown_in=lambda _: (Shown.BOTH_WAYS, Shown.HARD)),
+)
+SPEED_ASYMMETRY = _by_side(
+    name="speed_asymmetry",
+    formula=r"v \to v + a\,|v|",
+    summary="The car drives faster ahead than back for the same command, or slower.",
+    shown_by="driving ahead and back, slowly and fast",
+    inject=commanding(lambda speed, _, values: speed + values["value"] * abs(speed), SPEED_COLUMN),
+    substitute=_speed_by_side,
     needs=(SPEED_COLUMN,),
     searching=Searching(varying=(SPEED_COLUMN,), shown_in=lambda _: (Shown.SPEEDS,)),
 )

@@ -69,6 +69,8 @@ NAMED = (
     Group(SAME_SPEED, ("lag:steer", "relaxation_length", "yaw_inertia"), manoeuvres.steady_speed, exclusive=True),
     Group("the car drives one circle", ("gain:steer", "steering_curve"), manoeuvres.single_circle, exclusive=True),
     Group(SAME_SPEED, ("gain:speed", "speed_curve"), manoeuvres.steady_speed, exclusive=True),
+    Group("the car goes one way", ("gain:speed", "speed_asymmetry"), manoeuvres.single_direction, exclusive=True),
+    Group("the car drives one circle", ("gain:steer", "steering_asymmetry"), manoeuvres.single_circle, exclusive=True),
 )
 
 # A curve is no mass, but beside one it fits what neither of them models where the thrust is far from that in hover.

@@ -8,7 +8,7 @@ FILES = {
     "commands": ("gain", "offset", "limit"),
     "actuators": ("rate_limit", "delay", "lag", "dead_band", "dead_zone"),
     "attitude_commands": ("attitude_trim", "attitude_gain"),
-    "curves": ("steering_curve", "speed_curve"),
+    "curves": ("steering_curve", "speed_curve", "steering_asymmetry", "speed_asymmetry"),
     "thrusts": (
         *("added_mass", "thrust_curve", "battery_sag"),
         *("com_offset", "rotor_loss", "ground_effect"),

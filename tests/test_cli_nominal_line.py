@@ -108,6 +108,17 @@ def test_numbers_of_rotors_that_no_motor_command_needs_let_a_weak_rotor_be_teste
     assert effect("rotor_loss", known).why_not(known) == ""
 
 
+def test_rotors_whose_thrust_nobody_gives_hover_at_half_command(tmp_path: Path) -> None:
+    options = ["nominal", "quadrotor", "--mass", "1.2", "--interface", "motors", "--arm", "0.2", "--out"]
+    main([*options, str(tmp_path / "model")])
+    model = load_model(tmp_path / "model")
+    assert model.numbers["arm"] == pytest.approx(0.2)
+    still = np.zeros(model.layouts.state.size)
+    still[model.layouts.state.index("qw")] = 1.0
+    after = model.predict(still, np.full(4, 0.5))
+    assert after[model.layouts.state.index("vz")] == pytest.approx(0.0, abs=1e-9)
+
+
 def test_a_car_without_a_heading_gets_no_line_that_asks_for_one(tmp_path: Path) -> None:
     """Its model holds one; a steering beyond a right angle is a steering wheel's, which the gear is wanted of."""
     time, _, yaw, speed, steer = car()

@@ -105,13 +105,12 @@ class NominalQuadrotor(OfLogs):
             raise ModelError(f"motor options and --fit-thrust need --interface motors, found {self.interface}")
         if None not in thrust:
             raise ModelError("expected --motor-thrust or --fit-thrust, found both")
-        if motors and thrust == [None, None] and self._rotors:
-            raise ModelError("--torque-per-thrust, --arm and --spin need --motor-thrust or --fit-thrust")
         if thrust == [None, None] and self.motor_unit == "rad/s":
             raise ModelError("--motor-unit rad/s needs --motor-thrust or --fit-thrust: half of full speed is unknown")
 
     def _motors(self, console: Console) -> tuple[Motors | None, float]:
-        """The rotors, None for those that hover at half command, and the time step in s."""
+        """The rotors, None for the Crazyflie's that hover at half command, and the time step in s."""
+        from sym2real.effects.body import GRAVITY
         from sym2real.experiments.measured import step_of_logs
         from sym2real.experiments.thrust_of_log import thrust_of_log
         from sym2real.robots import Motors
@@ -121,10 +120,14 @@ class NominalQuadrotor(OfLogs):
         dt = asked or DT
         if self.motor_thrust is not None:
             return Motors(thrust=self.motor_thrust, unit=self.motor_unit or "command", **self._rotors), dt
+        mass = 1.0 if self.mass is None else self.mass
         if self.fit_thrust is None:
-            return None, dt
+            if not self._rotors:
+                return None, dt
+            console.print("motors hover at command 0.5: fit the thrust per unit (--fit-thrust)", markup=False)
+            return Motors(thrust=GRAVITY * mass / 2.0, **self._rotors), dt
         fit = thrust_of_log(self.fit_thrust, naming, asked, self.motor_unit)
-        thrust = fit.per_mass * (1.0 if self.mass is None else self.mass)
+        thrust = fit.per_mass * mass
         what, unit = ("squared speed", "N s²/rad²") if fit.unit == "rad/s" else ("unit of command", "N")
         for note in fit.notes:
             console.print(f"{self.fit_thrust.name}: {note}", markup=False)

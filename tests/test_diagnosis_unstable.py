@@ -46,11 +46,10 @@ def test_nothing_is_missing_in_logs_of_a_healthy_one() -> None:
     assert found.misfit[0] == pytest.approx(1.0, abs=0.05)
 
 
-def test_a_number_that_is_wrong_is_found() -> None:
+def test_where_a_wrong_number_is_not_told_from_a_gain_something_is_left() -> None:
+    """From the base no way leads to it over whole segments."""
     found = diagnose(MODEL, Dataset([balanced(seed, fall=1.1 * FALL) for seed in range(4)]))
-    (finding,) = found.findings
-    assert finding.effect == "parameter:fall"
-    assert finding.values["factor"] == pytest.approx(1.1, abs=0.01)
+    assert found.verdict == "UNEXPLAINED", found.summary
 
 
 def test_all_that_a_robot_of_one_s_own_measures_is_compared() -> None:

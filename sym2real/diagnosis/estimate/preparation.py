@@ -222,7 +222,7 @@ def whiten(problem: Problem, effects: tuple[Candidate, ...]) -> Whitened:
     """
     null, segments, fits = problem.library.null, problem.segments, list[torch.Tensor]()
     for piece in (Problem(problem.library, problem.data, segments.first(FIRST)), problem):
-        problem, spread, whitening = _restarted(piece, fits[-1] if fits else null)
+        problem, spread, whitening = _restarted(piece, null)
         problems = Problems.of(problem, whitening)
         fits = [full_fit(problems, effects, null), *(full_fit(problems, effects, null, fit) for fit in fits)]
     best = int(problems.totals(fits).argmin())

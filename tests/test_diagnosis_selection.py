@@ -10,11 +10,13 @@ from noisy_flights import flights_with_all
 from weighed_problems import weighed_problems
 
 from sym2real.dataset import Dataset
+from sym2real.diagnosis.data.segments import WARM_UP
+from sym2real.diagnosis.data.start import ROWS
 from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.quadratic import Hypothesis
 from sym2real.diagnosis.predict.candidate import Candidate, candidates
 from sym2real.diagnosis.predict.library import Library
-from sym2real.diagnosis.score.importance import by_importance
+from sym2real.diagnosis.score.importance import _windows, by_importance
 from sym2real.diagnosis.search import narrow
 from sym2real.diagnosis.search.needed import Predicted
 from sym2real.diagnosis.search.select import REFITTED, Selection, parameter_set
@@ -144,6 +146,17 @@ def test_the_most_important_effect_is_that_without_which_free_predictions_miss_m
     only = selection("wind")
     assert [(one.name, fit) for one, fit in by_importance(only)] == [("wind", only.fit)]
     assert by_importance(selection()) == []
+
+
+def test_in_logs_shorter_than_a_free_run_the_longest_says_how_far_is_predicted() -> None:
+    """Those that are a few rows shorter take no part."""
+    base, flights = CRAZYFLIE.nominal(), flights_with_all({"wind": {"fx": 0.02, "fy": -0.01}})
+    data = Dataset([flights[0].rows(0, 81), *(log.rows(0, 78) for log in flights[1:])])
+    library = Library.of(base, [effect(key, base) for key in ("wind", "added_mass")])
+    own = Selection(weighed_problems(library, data), candidates(library, data), library.null)
+    windows = _windows(own).segments
+    assert windows.length == 81 - ROWS - WARM_UP
+    assert [*windows.log] == [0]
 
 
 def test_what_the_next_run_has_anew_comes_last_however_much_it_moves() -> None:

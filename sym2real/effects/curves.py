@@ -15,6 +15,7 @@ wheels turn by 1 + a of the command to the left, and by 1 - a of it to the right
 """
 
 from functools import partial
+from typing import Any
 
 from sympy import Abs, Expr
 
@@ -34,18 +35,6 @@ def _steer(equations: Equations, values: Values, _body: Body) -> Equations:
 
 def _speed(equations: Equations, values: Values, _body: Body) -> Equations:
     return _bent(equations, SPEED_COLUMN, values["value"] * Abs(symbol(SPEED_COLUMN)))
-
-
-def _steer_by_side(equations: Equations, values: Values, _body: Body) -> Equations:
-    return _sided(equations, STEER_COLUMN, values["value"])
-
-
-def _speed_by_side(equations: Equations, values: Values, _body: Body) -> Equations:
-    return _sided(equations, SPEED_COLUMN, values["value"])
-
-
-def _sided(equations: Equations, column: str, part: Expr | float) -> Equations:
-    return equations.substitute({column: symbol(column) + part * Abs(symbol(column))})
 
 
 def _bent(equations: Equations, column: str, lost: Expr) -> Equations:
@@ -78,29 +67,38 @@ SPEED_CURVE = _of_car(
     needs=(SPEED_COLUMN,),
     searching=Searching(varying=(SPEED_COLUMN,), shown_in=lambda _: (Shown.SPEEDS,)),
 )
-_by_side = partial(
-    _of_car,
-    parameters=of_any_body(Parameter("value", "1", null=0.0, low=-0.5, high=0.5, scale=0.1)),
-    confused_with="an offset of the same command, where its size hardly varies",
-    fix="calibrate each side by itself",
-)
+
+
+def _by_side(column: str, *shown_in: Shown, **words: Any) -> Kind:
+    """One side of a command answered by 1 + a of it, the other by 1 - a."""
+    return _of_car(
+        parameters=of_any_body(Parameter("value", "1", null=0.0, low=-0.5, high=0.5, scale=0.1)),
+        confused_with="an offset of the same command, where its size hardly varies",
+        fix="calibrate each side by itself",
+        inject=commanding(lambda sent, _, values: sent + values["value"] * abs(sent), column),
+        substitute=lambda equations, values, _: equations.substitute(
+            {column: symbol(column) + values["value"] * Abs(symbol(column))}
+        ),
+        needs=(column,),
+        searching=Searching(varying=(column,), shown_in=lambda _: shown_in),
+        **words,
+    )
+
+
 STEERING_ASYMMETRY = _by_side(
+    STEER_COLUMN,
+    Shown.BOTH_WAYS,
+    Shown.HARD,
     name="steering_asymmetry",
     formula=r"\delta \to \delta + a\,|\delta|",
     summary="The wheels turn further to one side than to the other for the same command.",
     shown_by="small and large steering angles both ways",
-    inject=commanding(lambda steer, _, values: steer + values["value"] * abs(steer), STEER_COLUMN),
-    substitute=_steer_by_side,
-    needs=(STEER_COLUMN,),
-    searching=Searching(varying=(STEER_COLUMN,), shown_in=lambda _: (Shown.BOTH_WAYS, Shown.HARD)),
 )
 SPEED_ASYMMETRY = _by_side(
+    SPEED_COLUMN,
+    Shown.SPEEDS,
     name="speed_asymmetry",
     formula=r"v \to v + a\,|v|",
     summary="The car drives faster ahead than back for the same command, or slower.",
     shown_by="driving ahead and back, slowly and fast",
-    inject=commanding(lambda speed, _, values: speed + values["value"] * abs(speed), SPEED_COLUMN),
-    substitute=_speed_by_side,
-    needs=(SPEED_COLUMN,),
-    searching=Searching(varying=(SPEED_COLUMN,), shown_in=lambda _: (Shown.SPEEDS,)),
 )

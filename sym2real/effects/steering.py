@@ -23,7 +23,7 @@ from sympy import Expr, Integer, Max, exp, floor
 from sym2real.effects.body import Body
 from sym2real.effects.kind import Domain, Kind, Parameter, Values
 from sym2real.effects.memory import WHOLE
-from sym2real.effects.terms import defined, with_hidden, without_quantities
+from sym2real.effects.terms import begun_at_rest, defined, with_hidden, without_quantities
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.expressions import exchange, names_in
 from sym2real.vocabulary import STEER_COLUMN
@@ -72,12 +72,11 @@ def _by_mean(weight: Weight, equations: Equations, values: Values, body: Body) -
 
 def _with_mean(equations: Equations) -> Equations:
     """The equations with the mean of the steering in its place, and its own for the yaw rate; both are its end yet."""
-    steer, last, at_rest = symbol(STEER_COLUMN), symbol(BEFORE), equations.start
+    steer, last = symbol(STEER_COLUMN), symbol(BEFORE)
     row = over_columns(equations, equations.next[YAW_RATE])
     none = dict.fromkeys((MEAN, OF_MEAN, OF_GYRO), Integer(0))
-    equations = defined(equations, none).substitute({STEER_COLUMN: symbol(MEAN)})
-    # Other hidden states begin at rest: a steering that has been held for ever is its own mean.
-    equations = with_hidden(replace(equations, start=at_rest), BEFORE, "rad", steer, start=steer)
+    equations = begun_at_rest(defined(equations, none), {STEER_COLUMN: symbol(MEAN)})
+    equations = with_hidden(equations, BEFORE, "rad", steer, start=steer)
     equations = defined(equations, {MEAN: steer + symbol(OF_MEAN) * (last - steer)})
     shown = exchange({steer: steer + symbol(OF_GYRO) * (last - steer)})(row)
     return replace(equations, next={**equations.next, YAW_RATE: shown})

@@ -94,6 +94,11 @@ def with_hidden(equations: Equations, name: str, unit: str, following: Expr, sta
     )
 
 
+def begun_at_rest(equations: Equations, changes: Mapping[str, Expr]) -> Equations:
+    """Substituted but in what hidden states begin with: what has been held for ever is its own mean."""
+    return replace(equations.substitute(changes), start=equations.start)
+
+
 def with_time(equations: Equations) -> tuple[Equations, Expr]:
     """The equations with the input ``t`` (s since the recording began), last where they had none; mid-step time."""
     if "t" not in equations.layouts.inputs:

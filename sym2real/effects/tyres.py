@@ -72,7 +72,7 @@ from sym2real.effects.frames import body_velocity, dot
 from sym2real.effects.kind import NOT_NEGATIVE, Kind, Numbers, Parameter, Values, of_any_body
 from sym2real.effects.searching import Searching, Shown
 from sym2real.effects.steering import SHARE, YAW_RATE, over_columns, seen
-from sym2real.effects.terms import defined, with_hidden
+from sym2real.effects.terms import begun_at_rest, defined, with_hidden
 from sym2real.effects.wrench import FORWARD, apply_yaw_torque, forward_speed
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
@@ -236,11 +236,10 @@ def _late_turn(equations: Equations, turn: str, periods: Expr, values: Values) -
     A gyro shows the lag's end, but for a servo behind it (``steering.py``).
     """
     steer, memory, before = symbol("steer"), symbol(_memory(turn)), equations
-    kept, away, at_rest = exp(-1 / periods), memory - steer, equations.start
+    kept, away = exp(-1 / periods), memory - steer
     end, mean = steer + away * kept, steer + away * periods * (1 - kept)
-    equations = defined(equations, {turn: Integer(0)}).substitute({"steer": symbol(turn)})
-    # Other hidden states begin at rest, as in ``steering.py``.
-    equations = with_hidden(replace(equations, start=at_rest), _memory(turn), "rad", end, start=steer)
+    equations = begun_at_rest(defined(equations, {turn: Integer(0)}), {"steer": symbol(turn)})
+    equations = with_hidden(equations, _memory(turn), "rad", end, start=steer)
     equations = defined(equations, {turn: mean})
     if SHARE not in values:
         return equations

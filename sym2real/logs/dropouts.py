@@ -28,8 +28,8 @@ def lost_in_reading(logs: Iterable[Trajectory]) -> list[str]:
     """What is missing from logs, or was changed though nobody asked; cuts are one line."""
     notes = [(log.name, note) for log in logs for note in log.notes if is_unasked(note)]
     # What names logs itself is of other logs than the one that carries it.
-    lines = [note if note.startswith(f"{LEFT_OUT}:") else f"{name}: {note}" for name, note in notes]
-    lines = [line for line, (_, note) in zip(lines, notes, strict=True) if not note.startswith(CUT)]
+    whole = [(name, note) for name, note in notes if not note.startswith(CUT)]
+    lines = [note if note.startswith(f"{LEFT_OUT}:") else f"{name}: {note}" for name, note in whole]
     cut = [f"{name}{note.removeprefix(CUT).replace(':', '')}" for name, note in notes if note.startswith(CUT)]
     return [*lines, *([f"{CUT}: {listed(cut)}"] if cut else [])]
 

@@ -12,7 +12,7 @@ from sym2real.diagnosis.estimate.fit import Problems, nuisance_of
 from sym2real.diagnosis.estimate.full_model import full_fit
 from sym2real.diagnosis.estimate.simulator import SWITCHED_OFF, flown_along, with_effects_of
 from sym2real.diagnosis.estimate.swing import Swing, find_swing
-from sym2real.diagnosis.estimate.whitening import Spread, Whitened, Whitening, estimate, free_start
+from sym2real.diagnosis.estimate.whitening import Spread, Whitened, Whitening, estimate, free_start, with_wander
 from sym2real.diagnosis.faults.sanity import Checked
 from sym2real.diagnosis.predict.candidate import Candidate, candidates, competing_in, library_for, swings
 from sym2real.diagnosis.predict.competitors import NotTested, competing
@@ -233,6 +233,8 @@ def whiten(problem: Problem, effects: tuple[Candidate, ...]) -> Whitened:
         if left < ROUNDS - 1:
             values = full_fit(Problems.of(problem, whitening), effects, null, values)
         residuals = problem.residuals(values[None])[0]
+        if left == ROUNDS - 1:
+            spread = with_wander(spread, residuals, segments.noise, segments.channel)
         whitening = estimate(spread, residuals, segments.noise, segments.channel, alike=left == ROUNDS - 1)
     return Whitened(problem, spread, whitening, values)
 
@@ -264,7 +266,8 @@ def _with_likely_starts(problem: Problem, spread: Spread, whitening: Whitening, 
     likely = (spread.start.mT @ whitening.inverse_times(residuals[..., None]))[..., 0]
     starts = segments.layout.retract(segments.start, -likely * free_start(segments.layout))
     moved = Problem(problem.library, problem.data, replace(segments, start=starts))
-    before, after = ((e.square() * whitening.weight).sum(1) for e in (residuals, moved.residuals(values[None])[0]))
+    both = torch.stack([residuals, moved.residuals(values[None])[0]], dim=-1)
+    before, after = (whitening.white(both).square() * whitening.weight[:, None]).sum(1).unbind(-1)
     starts = torch.where((after < before)[:, None], starts, segments.start)
     return Problem(problem.library, problem.data, replace(segments, start=starts))
 

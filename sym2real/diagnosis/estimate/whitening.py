@@ -34,6 +34,8 @@ from sym2real.trajectory import Array
 from sym2real.vocabulary import FORCE, HEIGHT, RATE_COMMAND, SPEED, STEERING, THRUST, TORQUE, push_column
 
 PIECES = 5
+# What may wander, and the variance of a step beside that of a row.
+WANDERING, SHARES = {"position", "attitude", "heading"}, (0.01, 0.1, 1.0, 10.0, 100.0)
 # Standard deviation of the free start in the tangent's units, far above any error of its estimate.
 FREE_START = {"position": 0.05, "attitude": 0.2, "heading": 0.3, "velocity": 0.5, "rate": 2.0}
 FREE_OTHERWISE = 1.0
@@ -42,6 +44,40 @@ DISTURBANCE_SIZES = dict(zip((*STEERING.columns, *SPEED.columns), (0.05, 0.1), s
 FORCE_SHARE, TORQUE_ACCELERATION, JOINT_ACCELERATION = 0.01, 1.0, 0.1
 # Degrees of freedom that compete with infinitely many, and rounds of weights and variances.
 TAILS, TRUST_ROUNDS = (3.0, 5.0, 8.0, 12.0, 20.0, 40.0, 80.0), 3
+
+
+@dataclass(frozen=True, eq=False)
+class Wander:
+    """Noise that goes on from row to row: beside the white noise σ of a component, a random walk of steps √ρ σ.
+
+    Args:
+        shares: ρ of each component ``# (C,)``.
+        length: rows of a segment.
+    """
+
+    shares: Tensor
+    length: int
+
+    @cached_property
+    def _modes(self) -> tuple[Tensor, Tensor]:
+        """Combinations of rows in which white noise and walks are both independent, and variances of both together."""
+        rows = torch.arange(1.0, self.length + 1, dtype=torch.float64)
+        sizes, modes = torch.linalg.eigh(torch.minimum(rows, rows[:, None]))
+        return modes, 1.0 + sizes[:, None] * self.shares
+
+    @property
+    def determinant(self) -> float:
+        """Logarithm of that of a segment's noise, in units of the white noise."""
+        return float(self._modes[1].log().sum())
+
+    def whitened(self, columns: Tensor, *, back: bool = False) -> Tensor:
+        """Columns ``# (S, R, A)`` as combinations of rows with white noise; ``back`` is the transpose of that."""
+        modes, variances = self._modes
+        parts = columns.unflatten(1, (self.length, -1))  # (S, N, C, A)
+        scale = variances.rsqrt()[..., None]
+        parts = parts * scale if back else parts
+        turned = ((modes if back else modes.T) @ parts.flatten(2)).reshape(parts.shape)
+        return (turned if back else turned * scale).flatten(1, 2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +91,7 @@ class Whitening:
         freedom: number of residual components that the free start leaves, all segments together.
         trust: factor of every segment's inverse covariance ``# (S,)``.
         fields: what is compared.
+        wander: of the sensors; weight and lost are of rows in which it is white.
     """
 
     sensor: Tensor
@@ -64,16 +101,22 @@ class Whitening:
     freedom: int
     trust: Tensor
     fields: tuple[str, ...] = ()
+    wander: Wander | None = None
+
+    def white(self, columns: Tensor) -> Tensor:
+        """Columns ``# (S, R, A)`` as combinations of a segment's rows in which the sensors' noise is white."""
+        return columns if self.wander is None else self.wander.whitened(columns)
 
     def products(self, columns: Tensor) -> Tensor:
         """Products under C⁻¹ of columns ``# (S, R, A)`` with each other ``# (S, A, A)``."""
+        columns = self.white(columns)
         lost = self.lost.mT @ columns
         whole = columns.mT @ (columns * self.weight[:, None]) - lost.mT @ lost
         return whole * self.trust[:, None, None]
 
     def loss(self, residuals: Tensor) -> Tensor:
         """Whitened squares per segment ``# (B, S)`` of ``# (B, S, R)``."""
-        columns = residuals.permute(1, 2, 0)  # (S, R, B)
+        columns = self.white(residuals.permute(1, 2, 0))  # (S, R, B)
         whole = (columns.square() * self.weight[:, None]).sum(dim=1)
         return (whole - (self.lost.mT @ columns).square().sum(dim=1)).T * self.trust
 
@@ -89,11 +132,14 @@ class Whitening:
         seen = self.lost.mT @ (self.lost / self.weight[:, None])  # (S, K, K)
         unit = torch.eye(seen.shape[-1], dtype=seen.dtype)
         determinants = -torch.linalg.slogdet(unit - seen).logabsdet - self.weight.log().sum()
+        determinants += 0.0 if self.wander is None else self.wander.determinant
         return float((self.loss(residuals[None])[0] + determinants - residuals.shape[1] * self.trust.log()).sum())
 
     def inverse_times(self, columns: Tensor) -> Tensor:
         """C⁻¹ times columns ``# (S, R, A)``, every segment trusted alike."""
-        return columns * self.weight[:, None] - self.lost @ (self.lost.mT @ columns)
+        white = self.white(columns)
+        times = white * self.weight[:, None] - self.lost @ (self.lost.mT @ white)
+        return times if self.wander is None else self.wander.whitened(times, back=True)
 
     def directions(self, moves: Tensor) -> float:
         """Part of the C directions of a measured row that moves of the residuals ``# (S, R, A)`` have: 1/C to 1.
@@ -121,6 +167,7 @@ class Spread:
         sizes: what counts as one, in the column's unit ``# (D,)``.
         components: that a row compares, C; R is N·C.
         fields: to which they belong.
+        wander: of the sensors.
     """
 
     start: Tensor
@@ -129,6 +176,7 @@ class Spread:
     sizes: Tensor
     components: int
     fields: tuple[str, ...] = ()
+    wander: Wander | None = None
 
     @classmethod
     def of(cls, problem: Problem, values: Tensor) -> Spread:
@@ -145,10 +193,16 @@ class Spread:
             fields=tuple(layout.fields[number].name for number in dict.fromkeys(problem.segments.channel)),
         )
 
+    def white(self, residuals: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+        """Start, disturbances and residuals ``# (S, R)`` in rows in which the sensors' noise is white."""
+        parts = self.start, self.disturbances.flatten(-2), residuals[..., None]
+        start, disturbances, left = parts if self.wander is None else map(self.wander.whitened, parts)
+        return start, disturbances.unflatten(-1, self.disturbances.shape[-2:]), left[..., 0]
+
     def like(self, other: Whitening) -> Whitening:
         """With the noise and the disturbances of another."""
         power = self.sizes.new_tensor([other.disturbances[name] for name in self.names]) / self.sizes
-        return self.whitening(other.sensor.square(), power.square())
+        return replace(self, wander=other.wander).whitening(other.sensor.square(), power.square())
 
     def whitening(self, sensor: Tensor, power: Tensor) -> Whitening:
         """The inverse covariance by Woodbury's identity.
@@ -161,13 +215,15 @@ class Spread:
         weight = 1.0 / sensor.repeat(rows // self.components)
         disturbed = (self.disturbances * power.sqrt()[:, None]).flatten(-2)
         columns = torch.cat([self.start, disturbed], dim=-1)
+        columns = columns if self.wander is None else self.wander.whitened(columns)
         weighted = columns * weight[:, None]
         lower = root_plus_identity(columns.mT @ weighted)
         lost = torch.linalg.solve_triangular(lower, weighted.mT, upper=False).mT
         freedom = segments * (rows - int(torch.linalg.matrix_rank(self.start[0])))
         deviations = power.sqrt() * self.sizes
         disturbances = dict(zip(self.names, deviations.tolist(), strict=True))
-        return Whitening(sensor.sqrt(), disturbances, weight, lost, freedom, weight.new_ones(segments), self.fields)
+        trust = weight.new_ones(segments)
+        return Whitening(sensor.sqrt(), disturbances, weight, lost, freedom, trust, self.fields, self.wander)
 
 
 @dataclass(frozen=True, eq=False)
@@ -215,6 +271,26 @@ def disturbances(equations: Equations) -> list[tuple[str, float]]:
     return [(name, others.get(name, SPAN_PART * span)) for name, span in spans.items()]
 
 
+def with_wander(spread: Spread, residuals: Tensor, noise: Array, channel: tuple[int, ...]) -> Spread:
+    """The same with the wander of positions and angles that makes residuals ``# (S, R)`` most likely; none within chance.
+
+    Args:
+        spread, residuals, noise, channel: as of :func:`estimate`.
+    """
+    wanders = [name for name, field in zip(dict.fromkeys(channel), spread.fields, strict=True) if field in WANDERING]
+    shares, length = torch.zeros(len(channel), dtype=torch.float64), residuals.shape[1] // spread.components
+    least = estimate(spread, residuals, noise, channel, alike=True).deviance(residuals)
+    for name in wanders:
+        own = torch.tensor([number == name for number in channel])
+        for share in SHARES:
+            tried = replace(spread, wander=Wander(torch.where(own, share, shares), length))
+            deviance = estimate(tried, residuals, noise, channel, alike=True).deviance(residuals)
+            if deviance > least - SETTINGS.heavy_tails:
+                break
+            spread, shares, least = tried, torch.where(own, share, shares), deviance
+    return spread
+
+
 def estimate(
     spread: Spread, residuals: Tensor, noise: Array, channel: tuple[int, ...], *, alike: bool = False
 ) -> Whitening:
@@ -233,7 +309,8 @@ def estimate(
     sensor = torch.stack([first[number == name].mean() for name in range(int(number.max()) + 1)])
     power = torch.full((len(spread.names),), 0.25, dtype=torch.float64)
     rows = number.repeat(residuals.shape[1] // spread.components)
-    products = Products.of(spread.start, spread.disturbances, residuals, rows)
+    white = spread.white(residuals)
+    products = Products.of(*white, rows)
     sensor, power = most_likely(products, sensor, power)
     whitening = spread.whitening(sensor[number], power)
     for _ in range(0 if alike else TRUST_ROUNDS):

@@ -12,6 +12,7 @@ from sym2real.trajectory import Array, Trajectory
 MAD_TO_SIGMA = 1.4826
 SMALLEST_NOISE = 1e-9
 FEWEST = 10  # rows of a log that shows a noise
+APART = 4  # rows over which a walk is held against its steps
 
 
 def noise_level(values: Array, order: int = 3) -> Array:
@@ -28,11 +29,30 @@ def noise_level(values: Array, order: int = 3) -> Array:
 
 def noise_of(trajectory: Trajectory) -> Array:
     """The same of a log's states, per tangent component ``# (tangent,)``: of the steps between rows, added up."""
-    states = torch.as_tensor(trajectory.state)
-    return noise_level(trajectory.layouts.state.difference(states[1:], states[:-1]).cumsum(0).numpy())
+    return noise_level(_path(trajectory))
 
 
 def component_noise(data: Dataset) -> Array:
     """Noise of every tangent component, median over logs ``# (tangent,)``; a few rows among longer logs show none."""
-    long_enough = [trajectory for trajectory in data if len(trajectory) > FEWEST] or data
-    return np.median([noise_of(trajectory) for trajectory in long_enough], axis=0)
+    return np.median([noise_of(trajectory) for trajectory in _longer(data, FEWEST)], axis=0)
+
+
+def growth(data: Dataset) -> Array:
+    """Times as large as over one row the variance of third differences over :data:`APART` rows is ``# (tangent,)``.
+
+    White noise has 1, a random walk as many as there are rows, and what moves smoothly hundreds.
+    """
+    times = []
+    for path in map(_path, _longer(data, APART * FEWEST)):
+        apart = np.mean([noise_level(path[first::APART]) for first in range(APART)], axis=0)
+        times.append((apart / noise_level(path)) ** 2)
+    return np.median(times, axis=0)
+
+
+def _path(trajectory: Trajectory) -> Array:
+    states = torch.as_tensor(trajectory.state)
+    return np.asarray(trajectory.layouts.state.difference(states[1:], states[:-1]).cumsum(0))
+
+
+def _longer(data: Dataset, rows: int) -> Dataset | list[Trajectory]:
+    return [trajectory for trajectory in data if len(trajectory) > rows] or data

@@ -234,7 +234,7 @@ def whiten(problem: Problem, effects: tuple[Candidate, ...]) -> Whitened:
             values = full_fit(Problems.of(problem, whitening), effects, null, values)
         residuals = problem.residuals(values[None])[0]
         if left == ROUNDS - 1:
-            spread = with_wander(spread, residuals, segments.noise, segments.channel)
+            spread = with_wander(spread, residuals, problem.segments, problem.data)
         whitening = estimate(spread, residuals, segments.noise, segments.channel, alike=left == ROUNDS - 1)
     return Whitened(problem, spread, whitening, values)
 

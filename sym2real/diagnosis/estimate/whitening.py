@@ -21,21 +21,25 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from math import lgamma, log
 
+import numpy as np
 import torch
 from torch import Tensor
 
+from sym2real.dataset import Dataset
+from sym2real.diagnosis.data.segments import Segments
 from sym2real.diagnosis.estimate.variances import Products, most_likely, root_plus_identity
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects.body import GRAVITY, SPAN_PART
 from sym2real.layout import Layout
+from sym2real.logs.noise import APART, growth
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Array
 from sym2real.vocabulary import FORCE, HEIGHT, RATE_COMMAND, SPEED, STEERING, THRUST, TORQUE, push_column
 
 PIECES = 5
-# What may wander, and the variance of a step beside that of a row.
-WANDERING, SHARES = {"position", "heading"}, (0.01, 0.1, 1.0, 10.0, 100.0)
+# What may wander, and the variance of a walk's step beside that of a row.
+WANDERING, SHARES = {"position", "attitude", "heading"}, (0.01, 0.1, 1.0, 10.0, 100.0)
 # Standard deviation of the free start in the tangent's units, far above any error of its estimate.
 FREE_START = {"position": 0.05, "attitude": 0.2, "heading": 0.3, "velocity": 0.5, "rate": 2.0}
 FREE_OTHERWISE = 1.0
@@ -271,23 +275,23 @@ def disturbances(equations: Equations) -> list[tuple[str, float]]:
     return [(name, others.get(name, SPAN_PART * span)) for name, span in spans.items()]
 
 
-def with_wander(spread: Spread, residuals: Tensor, noise: Array, channel: tuple[int, ...]) -> Spread:
-    """The same with the wander of positions and angles that makes residuals ``# (S, R)`` most likely; none within chance.
+def with_wander(spread: Spread, residuals: Tensor, segments: Segments, data: Dataset) -> Spread:
+    """The same with the wander of positions and angles that makes residuals ``# (S, R)`` most likely.
 
-    Args:
-        spread, residuals, noise, channel: as of :func:`estimate`.
+    There is none where the logs have no noise that grows like a walk: what a model gets wrong does so as well.
     """
-    wanders = [name for name, field in zip(dict.fromkeys(channel), spread.fields, strict=True) if field in WANDERING]
-    shares, length = torch.zeros(len(channel), dtype=torch.float64), residuals.shape[1] // spread.components
-    least = estimate(spread, residuals, noise, channel, alike=True).deviance(residuals)
-    for name in wanders:
-        own = torch.tensor([number == name for number in channel])
-        for share in SHARES:
+    times, layout = growth(data), segments.layout
+    shares, length = torch.zeros(spread.components, dtype=torch.float64), segments.length
+    least = estimate(spread, residuals, segments.noise, segments.channel, alike=True).deviance(residuals)
+    for number in dict.fromkeys(segments.channel):
+        own, grown = torch.tensor(segments.channel) == number, np.median(times[layout.tangent_places[number]])
+        walks = SETTINGS.above_noise < grown < SETTINGS.above_noise * APART
+        for share in SHARES if walks and layout.fields[number].name in WANDERING else ():
             tried = replace(spread, wander=Wander(torch.where(own, share, shares), length))
-            deviance = estimate(tried, residuals, noise, channel, alike=True).deviance(residuals)
-            if deviance > least - SETTINGS.heavy_tails:
+            likely = estimate(tried, residuals, segments.noise, segments.channel, alike=True)
+            if (deviance := likely.deviance(residuals)) > least - SETTINGS.heavy_tails:
                 break
-            spread, shares, least = tried, torch.where(own, share, shares), deviance
+            spread, shares, least = tried, tried.wander.shares, deviance
     return spread
 
 

@@ -67,13 +67,14 @@ def verdict(parts: Parts, problems: Problems, *, finished: bool = True) -> Verdi
 
 
 def of_another_form(finding: Finding, leftovers: Sequence[Leftover]) -> bool:
-    """Whether what a threshold of a command should explain is left, or it is another one from place to place.
-
-    Another mass in some of the logs looks like a limit of the thrust.
+    """Whether another effect in a part of the logs explains more, or what a threshold of a command should explain is
+    left, or it is another one from place to place: another mass in some of the logs looks like a limit of the thrust.
     """
     kind, _, command = finding.effect.partition(":")
+    left = [leftover for leftover in leftovers if leftover.matters]
+    if any(leftover.instead and leftover.channel == finding.effect for leftover in left):
+        return True
     if kind not in EFFECTS or EFFECTS[kind].columns != "action" or EFFECTS[kind].searching.from_null:
         return False
-    left = [leftover for leftover in leftovers if leftover.matters]
     elsewhere = any(leftover.channel == finding.effect and leftover.r2 >= SETTINGS.nearly for leftover in left)
     return elsewhere or any(leftover.explained_by == command for leftover in left)

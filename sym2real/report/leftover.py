@@ -12,6 +12,8 @@ def statement(left: Leftover) -> str:
         of = f" of {left.channel}" if left.channel else ""
         beside = "noise alone" if left.channel else "noise and disturbances"
         return f"an error{of} {(1 - left.r2) ** -0.5:.2f} times that of {beside}"
+    if left.instead:
+        return f"what {left.instead} {left.explained_by} explains better than {left.channel}"
     what, by = ("disturbance along", "of") if is_push(left.channel) else ("change of", "by")
     if left.size is not None:
         return f"a constant {what} {left.channel} {by} {with_unit(left.size, left.unit)}"

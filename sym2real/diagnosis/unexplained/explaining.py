@@ -18,6 +18,7 @@ from sym2real.diagnosis.unexplained.constant import find_constants, find_differi
 from sym2real.diagnosis.unexplained.dependence import find_dependence
 from sym2real.diagnosis.unexplained.features import part_of_changes
 from sym2real.diagnosis.unexplained.leftover import MISFIT, Leftover, Rest, find_leftovers, find_misfit
+from sym2real.diagnosis.unexplained.part_of_logs import find_part
 from sym2real.diagnosis.unexplained.term import Term, propose
 
 # Pieces that a note names.
@@ -53,6 +54,8 @@ def _leftovers(scored: Scored, here: Whitened, rest: Rest) -> tuple[Leftover, ..
     testable = problems.block_count >= SETTINGS.fewest_pieces
     constants += find_constants(selection, here, own) if testable else ()
     leftovers += tuple(entry for entry in constants if (entry.motion or 0.0) >= changing.get(entry.channel, 0.0))
+    if testable:
+        leftovers += find_part(selection)
     if testable and not leftovers:
         leftovers = find_dependence(selection, prepared.spread, own)
     if not any(leftover.matters for leftover in leftovers) and astray:

@@ -44,6 +44,8 @@ class Leftover:
         term: where the disturbance changes, in words.
         size, unit: of a constant disturbance, as the model lacks it.
         motion: part of the robot's motion that it makes (``features.py``); None of a measurement that is off.
+        instead: key of an effect that explains more than the channel's, which was found, in the part of the logs that
+            ``explained_by`` names (``part_of_logs.py``); ``r2`` is then how much more.
     """
 
     explained_by: str
@@ -53,11 +55,12 @@ class Leftover:
     size: float | None = None
     unit: str = ""
     motion: float | None = None
+    instead: str = ""
 
     @property
     def unseen(self) -> bool:
         """Whether its share is one of logs that were not seen."""
-        return self.explained_by not in (MISFIT, LOG)
+        return self.explained_by not in (MISFIT, LOG) and not self.instead
 
     @property
     def matters(self) -> bool:

@@ -157,7 +157,8 @@ def conclude(scored: Scored, leftovers: tuple[Leftover, ...], proposal: Term | N
     findings, result, prepared = scored.findings, scored.result, scored.result.prepared
     suspects = {} if findings or not any(leftover.matters for leftover in leftovers) else result.suspects()
     parts = Parts(prepared.checked.faults, findings, leftovers, scored.gate, scored.stages, scored.floor, suspects)
-    answer = verdict(parts, prepared.problems, finished=result.finished)
+    of_search = _of_search(result)
+    answer = verdict(parts, prepared.problems, finished=result.finished, misfit=of_search["misfit"])
     beside = (*odd_pieces_notes(prepared.problems), *disturbance_notes(scored.floor))
     return Diagnosis(
         verdict=answer,
@@ -167,7 +168,7 @@ def conclude(scored: Scored, leftovers: tuple[Leftover, ...], proposal: Term | N
         held_out=scored.steps.names_of(prepared.scored),
         apart=prepared.question.held_out is not None,
         notes=(*result.notes, *beside, *cut_notes(scored.horizons, prepared.question.horizon)),
-        **_of_search(result),
+        **of_search,
     )
 
 

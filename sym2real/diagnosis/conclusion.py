@@ -33,7 +33,9 @@ class Parts:
     suspects: Mapping[str, float] = field(default_factory=dict)
 
 
-def verdict(parts: Parts, problems: Problems, *, finished: bool = True) -> Verdict:
+def verdict(
+    parts: Parts, problems: Problems, *, finished: bool = True, misfit: tuple[float, float] = (1.0, 1.0)
+) -> Verdict:
     """Which of the four answers the parts make; findings that do not improve long predictions are no answer.
 
     Fewer than ten independent blocks leave no test, and an unfinished search cannot say that nothing is missing, or
@@ -45,6 +47,12 @@ def verdict(parts: Parts, problems: Problems, *, finished: bool = True) -> Verdi
     What is left where no error is surely larger than noise alone makes it is no reason for another answer.
     Nothing is missing where no error is larger by a tenth without any of the findings, nor without all of them. What
     commands between the rows may have done is no effect, nor is a threshold that leaves something of its command.
+
+    Args:
+        parts: of the answer.
+        problems: that were searched.
+        finished: whether nobody interrupted the search.
+        misfit: whitened squares per degree of freedom of the base and of the result, every piece trusted alike.
     """
     findings, leftovers, gate = parts.findings, parts.leftovers, parts.gate
     shown = [times > 1.0 for times, _ in beyond_times(parts.ladder, parts.floor, 0.0)]
@@ -52,7 +60,9 @@ def verdict(parts: Parts, problems: Problems, *, finished: bool = True) -> Verdi
     borne_out = gate.before is None or gate.beats_hold or gate.fallen
     clear = any(not (finding.doubtful or of_another_form(finding, leftovers)) for finding in findings)
     removed = sum(finding.share for finding in findings)
-    stays = removed < SETTINGS.mostly or (gate.best is not None and gate.best.part < SETTINGS.mostly)
+    before, after = misfit
+    beyond = after > SETTINGS.far and before - after < SETTINGS.mostly * (before - 1.0)
+    stays = beyond or removed < SETTINGS.mostly or (gate.best is not None and gate.best.part < SETTINGS.mostly)
     far = stays or any(name in gate.falling for _, name in beyond_times(parts.ladder, parts.floor, SETTINGS.far))
     established = clear and gate.passed and not (unexplained and (far or not borne_out))
     if problems.block_count < SETTINGS.fewest_pieces or not (finished or established):

@@ -34,7 +34,7 @@ def noise_of(trajectory: Trajectory) -> Array:
 
 def component_noise(data: Dataset) -> Array:
     """Noise of every tangent component, median over logs ``# (tangent,)``; a few rows among longer logs show none."""
-    return np.median([noise_of(trajectory) for trajectory in _longer(data, FEWEST)], axis=0)
+    return np.asarray(np.median([noise_of(trajectory) for trajectory in _longer(data, FEWEST)], axis=0))
 
 
 def growth(data: Dataset) -> Array:
@@ -46,7 +46,7 @@ def growth(data: Dataset) -> Array:
     for path in map(_path, _longer(data, APART * FEWEST)):
         apart = np.mean([noise_level(path[first::APART]) for first in range(APART)], axis=0)
         times.append((apart / noise_level(path)) ** 2)
-    return np.median(times, axis=0)
+    return np.asarray(np.median(times, axis=0))
 
 
 def _path(trajectory: Trajectory) -> Array:

@@ -81,7 +81,8 @@ class Wander:
         scale = variances.rsqrt()[..., None]
         parts = parts * scale if back else parts
         turned = ((modes if back else modes.T) @ parts.flatten(2)).reshape(parts.shape)
-        return (turned if back else turned * scale).flatten(1, 2)
+        white: Tensor = (turned if back else turned * scale).flatten(1, 2)
+        return white
 
 
 @dataclass(frozen=True, eq=False)
@@ -287,11 +288,11 @@ def with_wander(spread: Spread, residuals: Tensor, segments: Segments, data: Dat
         own, grown = torch.tensor(segments.channel) == number, np.median(times[layout.tangent_places[number]])
         walks = SETTINGS.above_noise < grown < SETTINGS.above_noise * APART
         for share in SHARES if walks and layout.fields[number].name in WANDERING else ():
-            tried = replace(spread, wander=Wander(torch.where(own, share, shares), length))
-            likely = estimate(tried, residuals, segments.noise, segments.channel, alike=True)
+            tried = Wander(torch.where(own, share, shares), length)
+            likely = estimate(replace(spread, wander=tried), residuals, segments.noise, segments.channel, alike=True)
             if (deviance := likely.deviance(residuals)) > least - SETTINGS.heavy_tails:
                 break
-            spread, shares, least = tried, tried.wander.shares, deviance
+            spread, shares, least = replace(spread, wander=tried), tried.shares, deviance
     return spread
 
 

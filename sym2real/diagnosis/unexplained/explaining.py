@@ -58,7 +58,8 @@ def _leftovers(scored: Scored, here: Whitened, rest: Rest) -> tuple[Leftover, ..
         leftovers += find_part(selection)
     if testable and not leftovers:
         leftovers = find_dependence(selection, prepared.spread, own)
-    if not any(leftover.matters for leftover in leftovers) and astray:
+    mostly_odd = len(odd_pieces(problems)) > SETTINGS.mostly * len(problems.whitening.trust)
+    if not any(leftover.matters for leftover in leftovers) and (astray or mostly_odd):
         motion = part_of_changes(problems.problem.segments, here.residuals)
         leftovers += find_misfit(problems.whitening.misfit(here.residuals), motion)
         # Where a simulator has shown the base's own errors, these may be as large.
@@ -132,15 +133,21 @@ def disturbance_notes(floor: Sequence[Floor]) -> tuple[str, ...]:
     return (f"disturbances that follow nothing measured {words}: {instance}",)
 
 
-def odd_pieces_notes(problems: Problems) -> tuple[str, ...]:
-    """Which pieces of the logs are so unlike all others that fits hardly heed them, by their M-estimator weights: how
-    many, and where the least alike are.
+def odd_pieces(problems: Problems) -> list[int]:
+    """Pieces so unlike all others that fits hardly heed them, by their M-estimator weights; the least alike first.
+
+    Where they are most, what is missing from the model is in nearly all of them.
     """
-    segments, trust = problems.problem.segments, problems.whitening.trust.numpy()
+    trust = problems.whitening.trust.numpy()
+    return [int(piece) for piece in np.argsort(trust, kind="stable") if trust[piece] < SETTINGS.mostly]
+
+
+def odd_pieces_notes(problems: Problems) -> tuple[str, ...]:
+    """How many pieces are unlike all others, and where the least alike are."""
+    segments, odd = problems.problem.segments, odd_pieces(problems)
     first, last = (rows * problems.data.dt for rows in (segments.row, segments.row + segments.length - 1))
-    odd = [int(piece) for piece in np.argsort(trust, kind="stable") if trust[piece] < SETTINGS.mostly]
     places = [f"{problems.data[segments.log[k]].name} ({first[k]:.1f} to {last[k]:.1f} s)" for k in odd[:LISTED]]
-    some = f"{len(odd)} of {len(trust)} pieces, in {len(np.unique(segments.log[odd]))} of {problems.log_count} logs,"
+    some = f"{len(odd)} of {len(segments)} pieces, in {len(np.unique(segments.log[odd]))} of {problems.log_count} logs,"
     return (f"{some} are unlike all others and hardly count: look at {', '.join(places)}",) if places else ()
 
 

@@ -77,16 +77,8 @@ def _instead_of(selection: Selection, own: Candidate) -> Leftover | None:
     numbers = [(library.slots[slot].parameter, float(reported[slot])) for slot in best.candidate.slots]
     values = ", ".join(f"{parameter.name} {with_unit(value, parameter.unit)}" for parameter, value in numbers)
     term = f"{values} there, none elsewhere"
-    return Leftover(
-        best.words,
-        library.key(own.name),
-        gain / (gain + saved),
-        term,
-        None,
-        "",
-        motion,
-        library.key(best.candidate.name),
-    )
+    much, name = gain / (gain + saved), library.key(best.candidate.name)
+    return Leftover(best.words, library.key(own.name), much, term, motion=motion, instead=name)
 
 
 def _parts(selection: Selection, rest: EffectSet, own: Candidate) -> Iterator[Part]:

@@ -82,7 +82,7 @@ def _late_commands(balances: Balances, data: Dataset) -> Breach | None:
     shown = _evidence(balances(data).names[most], old[most], new[most])
     # A gyro that is read when the next command is out says that commands are late, and the heading that they are not.
     times = new / np.maximum(old, ROUNDING)
-    return Breach(late, shown) if new[most] < SETTINGS.mostly and times.max() <= SETTINGS.far else None
+    return Breach(late, shown) if new[most] < SETTINGS.mostly and times.max() <= SETTINGS.gap else None
 
 
 def _those_late(model: Equations, data: Dataset, late: Late, likelihood: float) -> Late:

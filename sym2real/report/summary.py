@@ -107,7 +107,7 @@ def _beside(findings: Sequence[Finding], gate: Gate, leftovers: Sequence[Leftove
     """What was found where the answer is another one, and why it is none."""
     others = [finding for finding in findings if of_another_form(finding, leftovers)]
     rest = [finding for finding in findings if finding not in others]
-    form = "what is left is in its place or depends on the same command: what the robot lacks has another form"
+    form = "what is left stands in its place, or still depends on the same command: the robot lacks another form"
     parts = [f"beside it {_beyond_chance(others)}, but {form}"] if others else []
     return [*parts, f"beside it {_beyond_chance(rest)}, but {_not_borne_out(rest, gate)}"] if rest else parts
 

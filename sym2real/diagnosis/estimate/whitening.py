@@ -38,8 +38,8 @@ from sym2real.trajectory import Array
 from sym2real.vocabulary import FORCE, HEIGHT, RATE_COMMAND, SPEED, STEERING, THRUST, TORQUE, push_column
 
 PIECES = 5
-# What may wander, and the variance of a walk's step beside that of a row.
-WANDERING, SHARES = {"position", "attitude", "heading"}, (0.01, 0.1, 1.0, 10.0, 100.0)
+WANDERING = {"position", "attitude", "heading"}
+SHARES = (0.1, 1.0, 10.0, 100.0)  # of a walk's step, beside the white noise: each tenfold is ten times the variance
 # Standard deviation of the free start in the tangent's units, far above any error of its estimate.
 FREE_START = {"position": 0.05, "attitude": 0.2, "heading": 0.3, "velocity": 0.5, "rate": 2.0}
 FREE_OTHERWISE = 1.0

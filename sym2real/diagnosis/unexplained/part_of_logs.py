@@ -66,8 +66,8 @@ def _instead_of(selection: Selection, own: Candidate) -> Leftover | None:
     fit = _fitted(problems, free, rest.fit.values, best)
     gains = problems.held_out_segments(selection.fit) - problems.held_out_segments(fit)
     gain, saved = float(gains.sum()), rest.loss - selection.present.loss
-    chance = stats.t.sf(gain / standard_error(problems, gains), problems.block_count - 1)
-    if gain < SETTINGS.worth_saying * saved or chance >= SETTINGS.false_alarms_of_each(len(parts)):
+    times = stats.t.isf(SETTINGS.false_alarms_of_each(len(parts)), problems.block_count - 1)
+    if gain <= max(SETTINGS.worth_saying * saved, times * standard_error(problems, gains)):
         return None
     there, elsewhere = problems.problem.residuals(torch.stack([fit.values, _without(problems, fit.values, best)]))
     changes = torch.where(best.inside[:, None], there, elsewhere)
@@ -100,7 +100,7 @@ def _parts(selection: Selection, rest: EffectSet, own: Candidate) -> Iterator[Pa
 def _moments(problems: Problems) -> Iterator[tuple[str, Tensor]]:
     segments, logs = problems.problem.segments, problems.data
     times = np.array([logs[log].time[row] for log, row in zip(segments.log, segments.row, strict=True)])
-    for moment in np.unique(np.quantile(times, np.arange(2, MOMENTS - 1) / MOMENTS)):
+    for moment in np.unique(np.quantile(times, np.arange(2, MOMENTS - 1) / MOMENTS, method="nearest")):
         after = torch.as_tensor(times >= moment)
         yield from ((f"after about {moment:.2g} s", after), (f"before about {moment:.2g} s", ~after))
 

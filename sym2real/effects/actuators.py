@@ -31,6 +31,8 @@ BETWEEN_ROWS = (
     "a controller that sends more often than the log has rows hides up to half a row: `nominal --dt` its step"
 )
 _of_command = partial(Kind, stage="filter", columns="action")
+# Longest likely lag in steps: of a car that is stepped by 20 ms a second, of a boat by 0.1 s five.
+LONGEST_LAG = 50
 # The truth integrates a control period in so many pieces.
 PIECES = 200
 
@@ -134,7 +136,8 @@ DELAY = _of_command(
 
 
 def _lag_parameters(body: Body) -> tuple[Parameter, ...]:
-    value = Parameter("value", "s", null=0.0, low=0.0, high=1.0, scale=2 * body.dt, domain=NOT_NEGATIVE)
+    longest = max(1.0, LONGEST_LAG * body.dt)  # what is stepped slowly is slow
+    value = Parameter("value", "s", null=0.0, low=0.0, high=longest, scale=2 * body.dt, domain=NOT_NEGATIVE)
     return value, *steering.seen(body)
 
 

@@ -291,6 +291,17 @@ def test_a_model_takes_the_usual_step_of_logs_with_different_ones(tmp_path: Path
     assert step_of_logs(files, None) == 0.02
 
 
+def test_half_a_step_of_one_log_is_no_part_of_the_usual_one(tmp_path: Path) -> None:
+    files = [tmp_path / f"{number}.csv" for number in range(3)]
+    for file, hertz in zip(files, (50, 50, 100), strict=True):
+        time = np.arange(0.0, 4.0, 1.0 / hertz)
+        zeros = np.zeros_like(time)
+        written(file, np.column_stack([time, time, zeros, zeros + 1.0]), ["t", "x", "y", "speed"])
+    assert step_of_logs(files[:2], None) == 0.02
+    assert step_of_logs(files, None) in (0.01, 0.02)
+    assert step_of_logs([*files, files[0]], None) == 0.02
+
+
 def _inspected(files: list[str], folder: Path) -> Path:
     main(["inspect", *files, "--out", str(folder / "drive.toml")])
     return folder / "drive.toml"

@@ -5,12 +5,12 @@ import numpy as np
 from sym2real.logs.draft import Draft
 from sym2real.logs.evidence import Rows
 from sym2real.logs.parts import TimeBase
-from sym2real.logs.resample import GAP_INTERVALS, SAME_CLOCK, gaps, is_regular
+from sym2real.logs.resample import GAP_INTERVALS, SAME_CLOCK, gaps, is_regular, usual_step
 from sym2real.logs.specification import LogSpec
 from sym2real.logs.standard import stamps
 from sym2real.logs.table import Table
 from sym2real.logs.units import UNITS
-from sym2real.trajectory import Array, usual_interval
+from sym2real.trajectory import Array
 
 # Logs of robots have between 2 and 2000 rows a second, most about 50.
 SHORTEST_STEP, USUAL_STEP, LONGEST_STEP = 5e-4, 2e-2, 0.5
@@ -27,7 +27,7 @@ def inspect_time(draft: Draft) -> None:
 
 def _with_stamps(draft: Draft, column: str) -> list[Array]:
     counts = [stamps(table, LogSpec(time=TimeBase(column))) for table in draft.tables]
-    step = usual_interval(np.concatenate([np.diff(values) for values in counts]))
+    step = usual_step(map(np.diff, counts))
     unit, evidence = _unit(draft, column, step)
     times = [values * UNITS[unit][1] for values in counts]
     # Of most logs: one of them may have lost a row there.

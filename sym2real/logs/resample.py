@@ -30,6 +30,15 @@ RESAMPLED = "resampled to"  # what a note of it begins with
 COMMANDS = frozenset(column for group, field in VOCABULARY if group == "action" for column in field.columns)
 
 
+def usual_step(logs: Iterable[Array]) -> float:
+    """Usual interval in s of logs ``# (intervals,)`` each: of those like the one that the middle one of all is of."""
+    intervals = [own for own in logs if len(own)] or [np.empty(0)]
+    steps = [usual_interval(own) for own in intervals]
+    middle = np.quantile(np.repeat(steps, [max(1, len(own)) for own in intervals]), 0.5, method="higher")
+    like = [own for own, step in zip(intervals, steps, strict=True) if not abs(step - middle) > REGULAR * middle]
+    return usual_interval(np.concatenate(like))
+
+
 def is_regular(time: Array, dt: float) -> bool:
     """Whether stamps ``# (rows,)`` are ``dt`` apart: each interval within :data:`REGULAR`, all in the mean exactly.
 

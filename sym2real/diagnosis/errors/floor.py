@@ -220,7 +220,8 @@ def no_higher_than_reached(floor: Sequence[Floor], stages: Sequence[Rung]) -> tu
             channel: (min([value, *(by_channel[channel].value for by_channel in reached)]), unit)
             for channel, (value, unit) in level.errors.items()
         }
-        lowered.append(replace(level, errors=errors))
+        noise = {channel: min(size, errors[channel][0]) for channel, size in level.noise.items()}
+        lowered.append(replace(level, errors=errors, noise=noise))
     return tuple(lowered)
 
 

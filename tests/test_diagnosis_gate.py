@@ -481,3 +481,17 @@ def test_of_all_errors_the_surest_and_largest_fall_is_the_best_and_sure_rises_ar
 )
 def test_a_change_within_chance_is_said_to_be_so_where_it_would_matter(part: float, surely: bool, text: str) -> None:
     assert Fall(0.8, "position", part, surely).text == f"of position after 0.8 s {text}"
+
+
+def test_a_large_misfit_that_stays_leaves_no_effect_established_beside_something_left() -> None:
+    """A wall that a pendulum hits is no limit of its torque; pieces in which it does are trusted less, not unseen."""
+    found, left = (Finding("limit:torque", {}, 1.0),), (Leftover("hinge", "hinge_push", 0.3, "", motion=0.5),)
+    ladder = stage("base", 3.0, 1.0), stage("+ limit:torque", 1.4, 1.0)
+    parts, problems = Parts((), found, left, Gate(*ladder)), problems_of(800)
+    for misfit, answer in (((382.0, 377.0), "UNEXPLAINED"), ((382.0, 170.0), "EFFECT"), ((1.3, 1.2), "EFFECT")):
+        assert verdict(parts, problems, misfit=misfit) == answer
+        assert verdict(replace(parts, leftovers=()), problems, misfit=misfit) == "EFFECT"
+    # Where no prediction is better than that nothing changes, a tenth is too much.
+    blind = Gate(*(replace(own, beats_hold=False) for own in ladder))
+    for misfit, answer in (((2110.0, 616.0), "UNEXPLAINED"), ((43.8, 3.1), "EFFECT")):
+        assert verdict(replace(parts, gate=blind), problems, misfit=misfit) == answer

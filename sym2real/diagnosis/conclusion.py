@@ -41,7 +41,8 @@ def verdict(
     Fewer than ten independent blocks leave no test, and an unfinished search cannot say that nothing is missing, or
     that no effect explains what is left; nor can one that leaves out an effect which would, and of which too few pieces
     tell. A fault alone is the answer only where nothing is left once it is undone.
-    Where predictions judge nothing, an effect is the answer if errors fall all the same or nothing else is missing.
+    Where predictions judge nothing, an effect is the answer if errors fall all the same and no tenth of a large misfit
+    stays, or if nothing else is missing.
     Nor is it one where something is left and errors that fall with the findings stay far from what noise and
     disturbances make, or most of the misfit or of every judged error stays.
     What is left where no error is surely larger than noise alone makes it is no reason for another answer.
@@ -57,12 +58,16 @@ def verdict(
     findings, leftovers, gate = parts.findings, parts.leftovers, parts.gate
     shown = [times > 1.0 for times, _ in beyond_times(parts.ladder, parts.floor, 0.0)]
     unexplained = any(leftover.matters for leftover in leftovers) and (any(shown) or not shown)
-    borne_out = gate.before is None or gate.beats_hold or gate.fallen
     clear = any(not (finding.doubtful or of_another_form(finding, leftovers)) for finding in findings)
     removed = sum(finding.share for finding in findings)
     before, after = misfit
-    beyond = after > SETTINGS.far and before - after < SETTINGS.mostly * (before - 1.0)
-    stays = beyond or removed < SETTINGS.mostly or (gate.best is not None and gate.best.part < SETTINGS.mostly)
+    left = (after - 1.0) / max(before - 1.0, 1e-12) if after > SETTINGS.far else 0.0
+    borne_out = gate.before is None or gate.beats_hold or (gate.fallen and left <= SETTINGS.worth_saying)
+    stays = (
+        left > SETTINGS.mostly
+        or removed < SETTINGS.mostly
+        or (gate.best is not None and gate.best.part < SETTINGS.mostly)
+    )
     far = stays or any(name in gate.falling for _, name in beyond_times(parts.ladder, parts.floor, SETTINGS.far))
     established = clear and gate.passed and not (unexplained and (far or not borne_out))
     if problems.block_count < SETTINGS.fewest_pieces or not (finished or established):

@@ -11,6 +11,7 @@ from sym2real.data import example_flight
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.faults.sanity import check
 from sym2real.errors import DataError
+from sym2real.experiments.measured import step_of_logs
 from sym2real.logs import SPECS, LogSpec, inspect_logs, read_log, read_logs
 from sym2real.robots import quadrotor
 
@@ -104,6 +105,46 @@ def test_a_slower_column_is_held_where_the_specification_says_so(tmp_path: Path)
     proposed = inspect_logs(tmp_path / "log.csv")
     assert proposed.spec.hold == ("vbat",)
     assert LogSpec.parse(proposed.toml()) == proposed.spec
+
+
+def driven(rows: int = 600) -> pd.DataFrame:
+    """Rows of 20 ms of a car on a curve, with noise."""
+    rng, time = np.random.default_rng(0), 0.02 * np.arange(rows)
+    yaw = 0.5 * np.sin(time)
+    course = {"x": np.cumsum(0.03 * np.cos(yaw)), "y": np.cumsum(0.03 * np.sin(yaw)), "yaw": yaw}
+    noisy = {name: values + 0.003 * rng.standard_normal(rows) for name, values in course.items()}
+    return pd.DataFrame({"t": time, **noisy, "steer": 0.2 * np.cos(time), "speed": 1.5 + 0.0 * time})
+
+
+@pytest.mark.parametrize("empty", [False, True])
+def test_the_rows_are_those_of_new_positions_and_commands_go_on_between_them(tmp_path: Path, empty: bool) -> None:
+    """As of a satellite receiver in the rows of a faster controller, whether cells are empty or hold the last one."""
+    drive, between = driven(), np.arange(600) % 10 != 0
+    drive.loc[between, ["x", "y"]] = np.nan
+    file = saved(tmp_path, drive if empty else drive.ffill())
+    proposed = inspect_logs(file)
+    assert proposed.spec.hold == ()
+    assert proposed.spec.time.dt == 0.02
+    spec = LogSpec.parse(proposed.toml())
+    (log,) = read_logs(file, spec, dt=0.02)
+    assert log.dt == pytest.approx(0.2)
+    np.testing.assert_allclose(log.state[:, :2], driven()[["x", "y"]].to_numpy()[~between])
+    assert any("540 of 600 rows left out, for want of numbers in x, y" in note for note in log.notes)
+    assert any("x, y are new in every 10 rows" in note for note in log.notes) is not empty
+    assert step_of_logs([file], spec) == 0.02
+
+
+def test_a_position_that_repeats_now_and_then_or_stands_still_is_no_slower_sensor(tmp_path: Path) -> None:
+    drive, rng = driven(), np.random.default_rng(1)
+    lost = rng.random(600) < 0.3
+    drive.loc[lost, ["x", "y"]] = np.nan
+    still = driven()
+    still.loc[100:500, ["x", "y"]] = still.loc[100, ["x", "y"]].to_numpy()
+    coarse = driven().round({"x": 2, "y": 2})
+    for name, log in (("repeats", drive.bfill().ffill()), ("still", still), ("coarse", coarse)):
+        (tmp_path / name).mkdir()
+        file = saved(tmp_path / name, log)
+        assert sum(map(len, read_logs(file, LogSpec.parse(inspect_logs(file).toml())))) == 600
 
 
 def test_a_command_with_rows_of_its_own_is_no_later_than_in_a_recording(tmp_path: Path) -> None:

@@ -206,7 +206,7 @@ BAD: dict[str, tuple[str | bytes, int | None, str | None, str]] = {
     "empty line": (GOOD.replace("0.1,1,2,3", ""), 3, None, "an empty line"),
     "text": (GOOD.replace("0.1,1,2,3", "0.1,1,two,3"), 3, "y", "'two'"),
     "NaN throughout": (GOOD.replace("1,2,3", "nan,2,3"), None, None, "none"),
-    "every other cell empty": (GOOD.replace("0.1,1,2,3", "0.1,,2,3"), 3, "x", "an empty cell.*33 % of the rows"),
+    "every other cell empty": (GOOD.replace("0.1,1,2,3", "0.1,1,2,"), 3, "vx", "an empty cell.*33 % of the rows"),
     "infinite": (GOOD.replace("0.2,1,2,3", "0.2,1,2,inf"), 4, "vx", "inf"),
     "time goes back": (GOOD.replace("0.2,", "0.05,"), 4, "t", r"an earlier stamp \(0\.1 then 0\.05\)"),
     "a clock begins anew": (
@@ -280,7 +280,7 @@ def cut(path: Path) -> None:
 BAD_TABLES: dict[str, tuple[pa.Table, int | None, str | None, str]] = {
     "no rows": (table().slice(0, 0), None, None, "column names only"),
     "no columns": (pa.table({}), None, None, "none"),
-    "null": (table(x=[1.0, None, 3.0]), 2, "x", "an empty cell"),
+    "null": (table(vx=[1.0, None, 3.0]), 2, "vx", "an empty cell"),
     "nulls throughout": (table(y=pa.array([None] * 3, pa.float64())), None, None, "none"),
     "infinite": (table(x=[1.0, 2.0, float("-inf")]), 3, "x", "-inf"),
     "text among numbers": (table(y=["1", "b", "3"]), 2, "y", "'b'"),

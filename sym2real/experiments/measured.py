@@ -12,7 +12,7 @@ from sym2real.layout import Layouts
 from sym2real.logs import LogSpec
 from sym2real.logs.inspect_time import nice_period
 from sym2real.logs.reader import logs_of, read_each
-from sym2real.logs.resample import usual_step
+from sym2real.logs.resample import REGULAR, usual_step
 from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, Robot
 from sym2real.trajectory import Array, Trajectory
 
@@ -49,10 +49,12 @@ def _intervals(pieces: Sequence[Trajectory]) -> Array:
 
 
 def step_of_logs(paths: Sequence[Path], spec: LogSpec | None, layouts: Layouts | None = None) -> float:
-    """The same of files, of a robot with these columns; of the standard ones without.
+    """The same of files, of a robot with these columns; of the standard ones without; the specification's, if shorter.
 
     Raises:
         DataError: when one cannot be read.
     """
     as_recorded = None if spec is None else replace(spec, time=replace(spec.time, dt=None))
-    return step_of(read_each(logs_of(paths, as_recorded), as_recorded, layouts, None))
+    recorded = step_of(read_each(logs_of(paths, as_recorded), as_recorded, layouts, None))
+    said = None if spec is None else spec.time.dt  # rows may be a slow sensor's, with commands between them
+    return said if said is not None and said < (1.0 - REGULAR) * recorded else recorded

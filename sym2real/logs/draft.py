@@ -53,6 +53,7 @@ class Draft:
         body_rates: angular velocity of that attitude ``# (rows, 3)``.
         acceleration: world acceleration by numeric differences ``# (rows, 2 or 3)``.
         held: columns that are slower than the others, whose last number stands until the next.
+        kept: part of the rows that have a position of their own.
         reversed: columns whose sign is turned.
         flips: columns whose sign is suspected, with the evidence.
         comments: lines for the TOML text by the key that they follow.
@@ -62,6 +63,7 @@ class Draft:
     assignment: Assignment
     held: tuple[str, ...]
     rows: Rows = field(init=False)
+    kept: float = 1.0
     time: TimeBase = field(default_factory=TimeBase)
     drop_first: int = 0
     units: dict[str, str] = field(default_factory=dict)

@@ -15,6 +15,8 @@ from sym2real.trajectory import Array, Trajectory
 # A column is slower than the others where so much of its numbers stand alone: no log is cut down to their rows.
 ALONE = 0.5
 NAMED = 3  # stretches of rows that a note lists
+# Rows between new positions from which on these are a slower sensor's, how many steps tell, and what part of them must.
+SLOWEST, FEWEST_STEPS, MOSTLY = 3, 10, 0.9
 LEFT_OUT, CUT = "rows left out", "cut at a gap of the stamps"
 UNWRAPPED = "is unwrapped: it jumps by whole turns"
 
@@ -40,8 +42,37 @@ def is_slow(values: Array) -> bool:
     return bool(there.any() and (there[:-1] & ~there[1:]).sum() >= ALONE * there.sum())
 
 
+def without_held(table: Table, places: Sequence[str]) -> tuple[Table, tuple[str, ...]]:
+    """Positions that a logger repeats until the next one comes as empty cells behind each, and a note on them.
+
+    As those of a satellite receiver in the rows of a faster controller: all of them change together, in every n-th row.
+
+    Args:
+        table: as read.
+        places: columns of positions.
+    """
+    values = [table.columns[name] for name in places if name in table.columns]
+    if len(values) < 2 or np.isnan(values).any():
+        return table, ()
+    changes = np.diff(values, axis=1) != 0.0
+    rows, together = np.flatnonzero(changes.any(0)) + 1, changes.all(0).sum()
+    steps = np.diff(rows)
+    often = float(np.median(steps)) if len(steps) >= FEWEST_STEPS else 0.0
+    if often < SLOWEST or min(together / len(rows), np.mean(np.abs(steps - often) <= 1.0)) < MOSTLY:
+        return table, ()
+    new = np.isin(np.arange(len(table)), [0, *rows])
+    held = {name: np.where(new, table.columns[name], np.nan) for name in places if name in table.columns}
+    return table.with_columns(held), (f"{', '.join(held)} are new in every {often:g} rows, and stand between",)
+
+
 def without_dropouts(
-    table: Table, columns: Sequence[str], hold: Sequence[str] = (), sent: Collection[str] = (), stamp: str = ""
+    table: Table,
+    columns: Sequence[str],
+    hold: Sequence[str] = (),
+    sent: Collection[str] = (),
+    stamp: str = "",
+    *,
+    places: Collection[str] = (),
 ) -> tuple[Table, tuple[str, ...]]:
     """The rows in which all of these columns hold a number, and a note on the others.
 
@@ -51,16 +82,18 @@ def without_dropouts(
         hold: those whose last number stands until the next one.
         sent: those of commands; of rows of their own, what is in force halfway to the next row that is kept.
         stamp: of stamps, in order.
+        places: those of positions: the rows are theirs, as a position that stands is none.
 
     Raises:
         DataError: for a column that is slower than the others, or when no row is left.
     """
     there = [name for name in dict.fromkeys(columns) if name in table.columns]
-    last = {name: last_number(table.columns[name]) for name in there if name in hold}
+    last = {name: last_number(table.columns[name]) for name in there if name in hold and name not in places}
     table = table.with_columns(last)
     empty = {name: np.isnan(table.columns[name]) for name in there}
     for name in there:
-        _require_pace(table, name)
+        if name not in places:
+            _require_pace(table, name)
     gone = np.logical_or.reduce([*empty.values(), np.zeros(len(table), dtype=bool)])
     if gone.all():
         empty_throughout = [name for name, missing in empty.items() if missing.all()]

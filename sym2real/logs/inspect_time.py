@@ -40,7 +40,7 @@ def _with_stamps(draft: Draft, column: str) -> list[Array]:
         draft.comment("drop_first", remark)
     draft.tables = [table[first:] for table in draft.tables]
     times = [time[first:] for time in times]
-    draft.time = TimeBase(column, unit, dt=nice_period(step * UNITS[unit][1]))  # type: ignore[arg-type]
+    draft.time = TimeBase(column, unit, dt=nice_period(draft.kept * step * UNITS[unit][1]))  # type: ignore[arg-type]
     draft.add(column, "time", unit, evidence, "guess" if "counter" in evidence else "certain")
     _jitter(draft, times, nice_period(step * UNITS[unit][1]))
     return times

@@ -15,7 +15,7 @@ from sym2real.layout import Layouts, motors_of
 from sym2real.logs import spec_text
 from sym2real.logs.assignment import Assignment, assign, within
 from sym2real.logs.draft import Draft, Finding
-from sym2real.logs.dropouts import is_slow, without_dropouts, without_repeats
+from sym2real.logs.dropouts import is_slow, without_dropouts, without_held, without_repeats
 from sym2real.logs.inspect_attitude import inspect_attitudes
 from sym2real.logs.inspect_columns import inspect_columns
 from sym2real.logs.inspect_commands import inspect_commands
@@ -29,6 +29,7 @@ from sym2real.logs.reader import expand
 from sym2real.logs.several_files import files_by_log, read_parts
 from sym2real.logs.specification import LogSpec
 from sym2real.logs.table import Table
+from sym2real.vocabulary import POSITION
 
 FEWEST_ROWS = 20
 NOTHING: Mapping[str, str] = MappingProxyType({})
@@ -115,20 +116,24 @@ def _assigned(names: Sequence[str], layouts: Layouts | None, moved: Mapping[str,
 
 
 def _draft(tables: list[Table], assignment: Assignment) -> Draft:
-    """The logs without the rows in which something is missing, slower columns held."""
+    """The logs without the rows in which something is missing, slower columns held; rows are those of positions."""
+    places = [assignment.columns[name] for name in POSITION.columns if name in assignment.columns]
+    tables, stand = map(list, zip(*(without_held(table, places) for table in tables), strict=True))
     slow = {name for table in tables for name, values in table.columns.items() if is_slow(values)}
     # Stamps are not held: they would stand.
     assignment = replace(assignment, times=[name for name in assignment.times if name not in slow])
     parts = [*assignment.quaternions.values(), *assignment.angles.values()]
     used = [*assignment.times, *assignment.columns.values(), *(column for part in parts for column in part.values())]
-    held = [name for name in used if name in slow]
+    held = [name for name in used if name in slow and name not in places]
     stamp = next(iter(assignment.times), "")
     once, repeats = zip(*(without_repeats(table, stamp) for table in tables), strict=True)
-    whole, dropouts = zip(*(without_dropouts(table, used, held) for table in once), strict=True)
-    notes = [before + behind for before, behind in zip(repeats, dropouts, strict=True)]
+    whole, dropouts = zip(*(without_dropouts(table, used, held, places=places) for table in once), strict=True)
+    notes = [sum(parts, ()) for parts in zip(stand, repeats, dropouts, strict=True)]
     for table, remarks in zip(whole, notes, strict=True):
         _require_rows(table, remarks)
     draft = Draft(list(whole), assignment, tuple(held))
+    if slow.intersection(places):
+        draft.kept = sum(map(len, whole)) / sum(map(len, once))
     for table, remarks in zip(tables, notes, strict=True):
         for note in remarks:
             draft.add("", "rows left out", "", f"{table.path.name}: {note}", "certain")

@@ -14,7 +14,7 @@ from sym2real.errors import DataError, reason
 from sym2real.field import Group
 from sym2real.layout import Layouts
 from sym2real.logs.derived import add_derived
-from sym2real.logs.dropouts import CUT, without_dropouts, without_repeats
+from sym2real.logs.dropouts import CUT, without_dropouts, without_held, without_repeats
 from sym2real.logs.even_rows import with_even_stamps
 from sym2real.logs.grouping import trajectory, visible
 from sym2real.logs.missing import listed, specification
@@ -25,7 +25,7 @@ from sym2real.logs.specification import LogSpec
 from sym2real.logs.standard import Standard, own_specification, stamps, standardise, tidy
 from sym2real.logs.table import Table
 from sym2real.trajectory import Trajectory, usual_interval
-from sym2real.vocabulary import VOCABULARY
+from sym2real.vocabulary import POSITION, VOCABULARY
 
 MEASURED = frozenset(column for group, field in VOCABULARY if group == "state" for column in field.columns)
 # Steps of the model between two rows; beyond, stamps are hardly in s.
@@ -67,13 +67,15 @@ class Opened:
         if given is None and used.time.column not in (*whole.columns, *whole.texts):
             raise whole.without(used.time.column, "of time stamps", specification(whole.path))
         flown, sent = whole[used.drop_first : used.drop_first + rows], commands_of(used, model_layouts)
-        table, left_out = without_dropouts(flown, used.sources, used.hold, sent, used.time.column)
+        places = tuple(used.columns[name].column for name in POSITION.columns if name in used.columns)
+        flown, held = without_held(flown, places)
+        table, left_out = without_dropouts(flown, used.sources, used.hold, sent, used.time.column, places=places)
         standard = standardise(table, used)
         notes = [] if given is None else [*standard.notes]
         if dropped := len(whole) - rows:
             notes.append(f"{dropped} of {len(whole)} rows dropped at the ends")
         standard = standard if given is None else tidy(standard, _first_stamp(whole, used))
-        standard = replace(standard, notes=(*notes, *repeated, *left_out))
+        standard = replace(standard, notes=(*notes, *repeated, *held, *left_out))
         step = dt if dt is not None else used.time.dt
         # Where rows are missing, a log is in pieces whether anybody asks for equal steps or not.
         sends = [values for name, values in standard.columns.items() if name in actions_of(model_layouts)]

@@ -96,6 +96,15 @@ class Fit:
         """The same for some segments only."""
         return replace(self, loss=self.loss[which], gradient=self.gradient[which], curvature=self.curvature[which])
 
+    def mixed(self, which: Tensor, other: Fit) -> Fit:
+        """The same for some segments ``# (S,)``, another one of the same parameters elsewhere."""
+
+        def own(here: Tensor, there: Tensor) -> Tensor:
+            return torch.where(which.reshape(-1, *[1] * (here.dim() - 1)), here, there)
+
+        loss, gradient = own(self.loss, other.loss), own(self.gradient, other.gradient)
+        return replace(self, loss=loss, gradient=gradient, curvature=own(self.curvature, other.curvature))
+
 
 def solve(matrix: Tensor, vector: Tensor) -> Tensor:
     """Solutions with a hair of ridge, so that directions without weight stay put ``# (..., A, A), (..., A)``.

@@ -62,23 +62,35 @@ def _instead_of(selection: Selection, own: Candidate) -> Leftover | None:
     best = min(parts, key=lambda part: part.loss, default=None)
     if best is None:
         return None
-    free = selection.free([*rest.chosen, best.candidate])
-    fit = _fitted(problems, free, rest.fit.values, best)
+    fit = _fitted(problems, selection.free([*rest.chosen, best.candidate]), rest.fit.values, best)
     gains = problems.held_out_segments(selection.fit) - problems.held_out_segments(fit)
     gain, saved = float(gains.sum()), rest.loss - selection.present.loss
     times = stats.t.isf(SETTINGS.false_alarms_of_each(len(parts)), problems.block_count - 1)
     if gain <= max(SETTINGS.worth_saying * saved, times * standard_error(problems, gains)):
         return None
-    there, elsewhere = problems.problem.residuals(torch.stack([fit.values, _without(problems, fit.values, best)]))
-    changes = torch.where(best.inside[:, None], there, elsewhere)
-    changes = changes - problems.problem.residuals(selection.fit.values[None])[0]
-    motion, library = part_of_changes(problems.problem.segments, changes), problems.problem.library
-    reported = parameter_set(selection, [best.candidate], fit.values)
-    numbers = [(library.slots[slot].parameter, float(reported[slot])) for slot in best.candidate.slots]
-    values = ", ".join(f"{parameter.name} {with_unit(value, parameter.unit)}" for parameter, value in numbers)
-    term = f"{values} there, none elsewhere"
-    much, name = gain / (gain + saved), library.key(best.candidate.name)
-    return Leftover(best.words, library.key(own.name), much, term, motion=motion, instead=name)
+    key, motion = problems.library.key, _moved(selection, fit, best)
+    return Leftover(
+        explained_by=best.words,
+        channel=key(own.name),
+        r2=gain / (gain + saved),
+        term=f"{_values(selection, fit, best.candidate)} there, none elsewhere",
+        motion=motion,
+        instead=key(best.candidate.name),
+    )
+
+
+def _moved(selection: Selection, fit: Fit, part: Part) -> float:
+    """Part of the robot's motion that its model and what was found differ by."""
+    problem = selection.problems.problem
+    sets = fit.values, _without(selection.problems, fit.values, part), selection.fit.values
+    there, elsewhere, found = problem.residuals(torch.stack(sets))
+    return part_of_changes(problem.segments, torch.where(part.inside[:, None], there, elsewhere) - found)
+
+
+def _values(selection: Selection, fit: Fit, candidate: Candidate) -> str:
+    reported = parameter_set(selection, [candidate], fit.values)
+    known = ((selection.problems.library.slots[slot].parameter, float(reported[slot])) for slot in candidate.slots)
+    return ", ".join(f"{parameter.name} {with_unit(value, parameter.unit)}" for parameter, value in known)
 
 
 def _parts(selection: Selection, rest: EffectSet, own: Candidate) -> Iterator[Part]:
@@ -142,16 +154,7 @@ def _fitted(problems: Problems, free: Free, values: Tensor, part: Part) -> Fit:
 def _about(problems: Problems, free: Free, values: Tensor, part: Part) -> Fit:
     sets = values, _without(problems, values, part)
     there, elsewhere = problems.quadratics([Hypothesis(free, own) for own in sets])
-    loss, gradient, curvature = (
-        torch.where(part.inside.reshape(-1, *[1] * (here.dim() - 1)), here, away)
-        for here, away in (
-            (there.loss, elsewhere.loss),
-            (there.gradient, elsewhere.gradient),
-            (there.curvature, elsewhere.curvature),
-        )
-    )
-    joined = replace(there, loss=loss, gradient=gradient, curvature=curvature)
-    return _in_part(joined, part.candidate, part.inside)
+    return _in_part(there.mixed(part.inside, elsewhere), part.candidate, part.inside)
 
 
 def _without(problems: Problems, values: Tensor, part: Part) -> Tensor:

@@ -18,6 +18,7 @@ from sym2real.vocabulary import (
     BATTERY,
     HEADING,
     HEIGHT,
+    POSITION,
     RATE,
     SPEED_COLUMN,
     STEER_COLUMN,
@@ -27,6 +28,7 @@ from sym2real.vocabulary import (
 )
 
 HOW_FAST = "speed"  # how fast the robot is, whatever is commanded
+WHERE = "position "  # with the axis: where it is, which on a path that repeats goes with all else
 UNITS = {
     "height": "m",
     HOW_FAST: "m/s",
@@ -93,6 +95,7 @@ def signed_features(trajectory: Trajectory) -> dict[str, Array]:
     values: dict[str, Array] = {"time": trajectory.time - trajectory.time[0]}
     if HEIGHT in layout:
         values["height"] = trajectory.column(HEIGHT)
+    values |= {f"{WHERE}{axis}": trajectory.column(axis) for axis in POSITION.columns[:2] if axis in layout}
     along = [_smooth(trajectory.column(c)) for c in VELOCITY.columns if c in layout]
     velocity = np.stack(along, axis=1) if along else np.zeros((len(trajectory), 0))
     if along:

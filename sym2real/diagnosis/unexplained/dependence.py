@@ -38,6 +38,7 @@ from sym2real.diagnosis.unexplained.disturbance_terms import (
 from sym2real.diagnosis.unexplained.features import part_of_changes
 from sym2real.diagnosis.unexplained.leftover import Leftover, split_in_words, unit_of
 from sym2real.effects.kind import with_unit
+from sym2real.logs.conditions import WHERE
 
 # Part of the loss that a term must save before variances are estimated without it, and how many get that far.
 PROMISING, MOST_TERMS = 0.003, 3
@@ -98,7 +99,8 @@ class Terms:
         everything = self.judged(whitening, self.pairs)
         least = PROMISING * self.loss(whitening)
         falls = sorted(((judged.fall(folds), judged) for judged in everything), key=lambda pair: -pair[0])
-        return [judged for fall, judged in falls[:MOST_TERMS] if fall > least]
+        best = [judged for fall, judged in falls[:MOST_TERMS] if fall > least]
+        return sorted(best, key=lambda judged: judged.name.startswith(WHERE))  # the first of those as good is taken
 
     def alone(self, judged: TermFit) -> tuple[TermFit, Whitening]:
         """A term under variances that are estimated without it."""

@@ -58,10 +58,11 @@ def _leftovers(scored: Scored, here: Whitened, rest: Rest) -> tuple[Leftover, ..
         leftovers += find_part(selection)
     if testable and not leftovers:
         leftovers = find_dependence(selection, prepared.spread, own)
-    mostly_odd = len(odd_pieces(problems)) > SETTINGS.mostly * len(problems.whitening.trust)
+    misfit = problems.whitening.misfit(here.residuals)
+    mostly_odd = misfit > SETTINGS.far and len(odd_pieces(problems)) > SETTINGS.mostly * len(problems.whitening.trust)
     if not any(leftover.matters for leftover in leftovers) and (astray or mostly_odd):
         motion = part_of_changes(problems.problem.segments, here.residuals)
-        leftovers += find_misfit(problems.whitening.misfit(here.residuals), motion)
+        leftovers += find_misfit(misfit, motion)
         # Where a simulator has shown the base's own errors, these may be as large.
         if own is None and not any(leftover.matters for leftover in leftovers):
             leftovers += find_far(scored.stages, scored.floor, motion)

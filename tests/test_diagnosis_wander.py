@@ -111,8 +111,8 @@ def test_a_walk_is_found_where_there_is_one_and_in_what_walks(flights: Dataset) 
         problem, null = _problem(data)
         residuals, segments = problem.residuals(null[None])[0], problem.segments
         found = with_wander(Spread.of(problem, null), residuals, segments, data).wander
-        assert (found is not None) == walks
-        if found is not None:
+        assert found.walks == walks
+        if walks:
             places = [segments.compared.index(place) for place in range(3)]
             whitening = estimate(
                 replace(Spread.of(problem, null), wander=found), residuals, segments.noise, segments.channel

@@ -199,7 +199,7 @@ def floor_of_explained(
     power = torch.tensor([whitening.disturbances[name] / size for name, size in kinds], dtype=torch.float64)
     disturbed = (problem.disturbance_jacobian(values, kinds, pieces) * power[:, None]).square().sum((-1, -2))
     row, size = torch.as_tensor(noise.of_a_row).square(), (windows.length, -1)
-    if whitening.wander is not None:
+    if whitening.wander.walks:
         walk = torch.zeros_like(row)
         walk[list(compared)] = whitening.wander.shares * whitening.sensor.square()
         row = row + walk * torch.arange(windows.length)[:, None]

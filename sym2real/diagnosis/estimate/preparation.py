@@ -267,7 +267,7 @@ def _with_likely_starts(problem: Problem, spread: Spread, whitening: Whitening, 
     starts = segments.layout.retract(segments.start, -likely * free_start(segments.layout))
     moved = Problem(problem.library, problem.data, replace(segments, start=starts))
     both = torch.stack([residuals, moved.residuals(values[None])[0]], dim=-1)
-    before, after = (whitening.white(both).square() * whitening.weight[:, None]).sum(1).unbind(-1)
+    before, after = (whitening.wander.whitened(both).square() * whitening.weight[:, None]).sum(1).unbind(-1)
     starts = torch.where((after < before)[:, None], starts, segments.start)
     return Problem(problem.library, problem.data, replace(segments, start=starts))
 

@@ -17,7 +17,7 @@ Biometrika 85 (1998).
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import lgamma, log
 
@@ -59,8 +59,13 @@ class Wander:
         length: rows of a segment.
     """
 
-    shares: Tensor
-    length: int
+    shares: Tensor = field(default_factory=lambda: torch.zeros(0, dtype=torch.float64))
+    length: int = 0
+
+    @property
+    def walks(self) -> bool:
+        """Whether any component does."""
+        return bool(self.shares.any())
 
     @cached_property
     def _modes(self) -> tuple[Tensor, Tensor]:
@@ -72,10 +77,12 @@ class Wander:
     @property
     def determinant(self) -> float:
         """Logarithm of that of a segment's noise, in units of the white noise."""
-        return float(self._modes[1].log().sum())
+        return float(self._modes[1].log().sum()) if self.walks else 0.0
 
     def whitened(self, columns: Tensor, *, back: bool = False) -> Tensor:
         """Columns ``# (S, R, A)`` as combinations of rows with white noise; ``back`` is the transpose of that."""
+        if not self.walks:
+            return columns
         modes, variances = self._modes
         parts = columns.unflatten(1, (self.length, -1))  # (S, N, C, A)
         scale = variances.rsqrt()[..., None]
@@ -106,22 +113,18 @@ class Whitening:
     freedom: int
     trust: Tensor
     fields: tuple[str, ...] = ()
-    wander: Wander | None = None
-
-    def white(self, columns: Tensor) -> Tensor:
-        """Columns ``# (S, R, A)`` as combinations of a segment's rows in which the sensors' noise is white."""
-        return columns if self.wander is None else self.wander.whitened(columns)
+    wander: Wander = field(default_factory=Wander)
 
     def products(self, columns: Tensor) -> Tensor:
         """Products under C⁻¹ of columns ``# (S, R, A)`` with each other ``# (S, A, A)``."""
-        columns = self.white(columns)
+        columns = self.wander.whitened(columns)
         lost = self.lost.mT @ columns
         whole = columns.mT @ (columns * self.weight[:, None]) - lost.mT @ lost
         return whole * self.trust[:, None, None]
 
     def loss(self, residuals: Tensor) -> Tensor:
         """Whitened squares per segment ``# (B, S)`` of ``# (B, S, R)``."""
-        columns = self.white(residuals.permute(1, 2, 0))  # (S, R, B)
+        columns = self.wander.whitened(residuals.permute(1, 2, 0))  # (S, R, B)
         whole = (columns.square() * self.weight[:, None]).sum(dim=1)
         return (whole - (self.lost.mT @ columns).square().sum(dim=1)).T * self.trust
 
@@ -137,14 +140,13 @@ class Whitening:
         seen = self.lost.mT @ (self.lost / self.weight[:, None])  # (S, K, K)
         unit = torch.eye(seen.shape[-1], dtype=seen.dtype)
         determinants = -torch.linalg.slogdet(unit - seen).logabsdet - self.weight.log().sum()
-        determinants += 0.0 if self.wander is None else self.wander.determinant
-        return float((self.loss(residuals[None])[0] + determinants - residuals.shape[1] * self.trust.log()).sum())
+        determinants += self.wander.determinant - residuals.shape[1] * self.trust.log()
+        return float((self.loss(residuals[None])[0] + determinants).sum())
 
     def inverse_times(self, columns: Tensor) -> Tensor:
         """C⁻¹ times columns ``# (S, R, A)``, every segment trusted alike."""
-        white = self.white(columns)
-        times = white * self.weight[:, None] - self.lost @ (self.lost.mT @ white)
-        return times if self.wander is None else self.wander.whitened(times, back=True)
+        white = self.wander.whitened(columns)
+        return self.wander.whitened(white * self.weight[:, None] - self.lost @ (self.lost.mT @ white), back=True)
 
     def directions(self, moves: Tensor) -> float:
         """Part of the C directions of a measured row that moves of the residuals ``# (S, R, A)`` have: 1/C to 1.
@@ -181,7 +183,7 @@ class Spread:
     sizes: Tensor
     components: int
     fields: tuple[str, ...] = ()
-    wander: Wander | None = None
+    wander: Wander = field(default_factory=Wander)
 
     @classmethod
     def of(cls, problem: Problem, values: Tensor) -> Spread:
@@ -198,11 +200,11 @@ class Spread:
             fields=tuple(layout.fields[number].name for number in dict.fromkeys(problem.segments.channel)),
         )
 
-    def white(self, residuals: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-        """Start, disturbances and residuals ``# (S, R)`` in rows in which the sensors' noise is white."""
+    def products(self, residuals: Tensor, rows: Tensor) -> Products:
+        """With residuals ``# (S, R)``, by the channel of every row ``# (R,)``, where the sensors' noise is white."""
         parts = self.start, self.disturbances.flatten(-2), residuals[..., None]
-        start, disturbances, left = parts if self.wander is None else map(self.wander.whitened, parts)
-        return start, disturbances.unflatten(-1, self.disturbances.shape[-2:]), left[..., 0]
+        start, disturbances, left = map(self.wander.whitened, parts)
+        return Products.of(start, disturbances.unflatten(-1, self.disturbances.shape[-2:]), left[..., 0], rows)
 
     def like(self, other: Whitening) -> Whitening:
         """With the noise and the disturbances of another."""
@@ -219,8 +221,7 @@ class Spread:
         segments, rows = self.start.shape[:2]
         weight = 1.0 / sensor.repeat(rows // self.components)
         disturbed = (self.disturbances * power.sqrt()[:, None]).flatten(-2)
-        columns = torch.cat([self.start, disturbed], dim=-1)
-        columns = columns if self.wander is None else self.wander.whitened(columns)
+        columns = self.wander.whitened(torch.cat([self.start, disturbed], dim=-1))
         weighted = columns * weight[:, None]
         lower = root_plus_identity(columns.mT @ weighted)
         lost = torch.linalg.solve_triangular(lower, weighted.mT, upper=False).mT
@@ -314,8 +315,7 @@ def estimate(
     sensor = torch.stack([first[number == name].mean() for name in range(int(number.max()) + 1)])
     power = torch.full((len(spread.names),), 0.25, dtype=torch.float64)
     rows = number.repeat(residuals.shape[1] // spread.components)
-    white = spread.white(residuals)
-    products = Products.of(*white, rows)
+    products = spread.products(residuals, rows)
     sensor, power = most_likely(products, sensor, power)
     whitening = spread.whitening(sensor[number], power)
     for _ in range(0 if alike else TRUST_ROUNDS):

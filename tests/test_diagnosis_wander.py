@@ -100,7 +100,9 @@ def test_noise_that_walks_grows_with_the_rows_white_noise_does_not_and_motion_fa
     grown = {}
     for name, places in kinds.items():
         logs = (replace(log, state=np.concatenate([places, log.state[:, 3:]], axis=1)) for log in flights)
-        grown[name] = np.median(growth(Dataset(logs))[PLACES])
+        data = Dataset(logs)
+        grown[name] = np.median(growth(data, APART)[PLACES])
+        assert name != "walk" or np.median(growth(data, 2)[PLACES]) == pytest.approx(2.0, rel=0.2)
     assert grown["white"] == pytest.approx(1.0, rel=0.2)
     assert grown["walk"] == pytest.approx(APART, rel=0.25)
     assert grown["motion"] > 100.0

@@ -20,7 +20,7 @@ from sym2real.diagnosis.score.finding import Scored
 from sym2real.diagnosis.score.held_out import Gate
 from sym2real.diagnosis.search.beam import SearchResult
 from sym2real.effects.catalogue import effect
-from sym2real.effects.groups import unnamed
+from sym2real.effects.groups import same_on_every_flight, unnamed
 from sym2real.effects.searching import LATER
 from sym2real.symbolic import Equations
 
@@ -33,7 +33,7 @@ class Doubt:
     """Named effects in whose place others may predict better.
 
     Args:
-        named: their keys.
+        named: their keys, and those of what is the same on every flight.
         included: what no search takes by itself, and may stand in their place.
     """
 
@@ -50,7 +50,9 @@ def doubts(answer: Diagnosis, equations: Equations, data: Dataset) -> tuple[Doub
         return ()
     groups = [{finding.effect, *finding.group} for finding in answer.findings]
     behind = unnamed({finding.effect for finding in answer.findings}, data)
-    found = [Doubt((behind[other.effect][0],)) for other in answer.not_tried if other.effect in behind]
+    names = (behind[other.effect][0] for other in answer.not_tried if other.effect in behind)
+    # What is the same on every flight predicts no better, but for what the others' values then are relative to.
+    found = [Doubt((name, *same_on_every_flight(name, data))) for name in names]
     for other in (effect(entry.effect, equations) for entry in answer.not_tried if entry.reason != EXCLUDED):
         together = other.of.counts_as if other.of.parts and other.applies(equations) else ()
         named = (any(key in group for group in groups) for key in together)
@@ -63,8 +65,8 @@ def doubts(answer: Diagnosis, equations: Equations, data: Dataset) -> tuple[Doub
 def instead(scored: Scored | None, searched: Callable[[Question], Searched], doubt: Doubt) -> Scored | None:
     """What predicts better with others in the place of what is named; else None.
 
-    What no search takes by itself must predict better by a tenth, or as well with fewer beside. First of few effects,
-    then of all.
+    What no search takes by itself must predict better by a tenth, or as well with fewer beside; others by a tenth, or
+    surely without more effects. First of few effects, then of all.
     """
     if scored is None:
         return None
@@ -79,7 +81,8 @@ def instead(scored: Scored | None, searched: Callable[[Question], Searched], dou
             return None
         change = Gate(scored.gate.after or other.gate.before, other.gate.after)
         fewer = len(found.difference(doubt.included)) < len(beside)
-        if change.worse or not (change.fallen or (fewer if doubt.included else change.falling)):
+        better = fewer if doubt.included else change.falling and len(found) <= len(scored.findings)
+        if change.worse or not (change.fallen or better):
             return None
     return other
 

@@ -94,6 +94,12 @@ def holding(logs: Iterable[Trajectory]) -> tuple[Group, ...]:
     return tuple(group for group in (*GROUPS, *NAMED, *ALTERNATIVES) if group.holds(logs))
 
 
+def same_on_every_flight(key: str, logs: Iterable[Trajectory]) -> tuple[str, ...]:
+    """Keys, or patterns of them, that no flight of such a robot tells from one, whatever its manoeuvres."""
+    logs, conditions = list(logs), (manoeuvres.always, manoeuvres.no_motor_torques)
+    return others_of(key, (group for group in GROUPS if group.shown in conditions and group.holds(logs)))
+
+
 def others_of(key: str, groups: Iterable[Group]) -> tuple[str, ...]:
     """The other members, or patterns of them, of those of the groups that a key is in."""
     members = dict.fromkeys(

@@ -12,7 +12,7 @@ from sym2real.trajectory import Array, Trajectory
 MAD_TO_SIGMA = 1.4826
 SMALLEST_NOISE = 1e-9
 FEWEST = 10  # rows of a log that shows a noise
-APART = 4  # rows over which a walk is held against its steps
+APART = 4  # rows over which noise is held against that of single steps
 
 
 def noise_level(values: Array, order: int = 3) -> Array:
@@ -37,14 +37,14 @@ def component_noise(data: Dataset) -> Array:
     return np.asarray(np.median([noise_of(trajectory) for trajectory in _longer(data, FEWEST)], axis=0))
 
 
-def growth(data: Dataset) -> Array:
-    """Times as large as over one row the variance of third differences over :data:`APART` rows is ``# (tangent,)``.
+def growth(data: Dataset, rows: int) -> Array:
+    """Times as large as over one row the variance of third differences over so many rows is ``# (tangent,)``.
 
-    White noise has 1, a random walk as many as there are rows, and what moves smoothly hundreds.
+    White noise has 1, a random walk as many as there are rows, and smooth motion their sixth power.
     """
     times = []
     for path in map(_path, _longer(data, APART * FEWEST)):
-        apart = np.mean([noise_level(path[first::APART]) for first in range(APART)], axis=0)
+        apart = np.mean([noise_level(path[first::rows]) for first in range(rows)], axis=0)
         times.append((apart / noise_level(path)) ** 2)
     return np.asarray(np.median(times, axis=0))
 

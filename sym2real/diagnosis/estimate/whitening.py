@@ -280,14 +280,16 @@ def disturbances(equations: Equations) -> list[tuple[str, float]]:
 def with_wander(spread: Spread, residuals: Tensor, segments: Segments, data: Dataset) -> Spread:
     """The same with the wander of positions and angles that makes residuals ``# (S, R)`` most likely.
 
-    There is none where the logs have no noise that grows like a walk: what a model gets wrong does so as well.
+    There is none where the logs have no noise that grows in proportion to the rows, as a walk does: what a model gets
+    wrong looks like one as well, and so do white noise and motion together.
     """
-    times, layout = growth(data), segments.layout
+    layout, near, far = segments.layout, growth(data, 2) - 1.0, growth(data, APART) - 1.0
     shares, length = torch.zeros(spread.components, dtype=torch.float64), segments.length
     least = estimate(spread, residuals, segments.noise, segments.channel, alike=True).deviance(residuals)
     for number in dict.fromkeys(segments.channel):
-        own, grown = torch.tensor(segments.channel) == number, np.median(times[layout.tangent_places[number]])
-        walks = SETTINGS.above_noise < grown < SETTINGS.above_noise * APART
+        own, places = torch.tensor(segments.channel) == number, layout.tangent_places[number]
+        twice, grown = np.median(near[places]), np.median(far[places])
+        walks = SETTINGS.above_noise - 1.0 < grown < SETTINGS.gap * (APART - 1.0) * twice
         for share in SHARES if walks and layout.fields[number].name in WANDERING else ():
             tried = Wander(torch.where(own, share, shares), length)
             likely = estimate(replace(spread, wander=tried), residuals, segments.noise, segments.channel, alike=True)

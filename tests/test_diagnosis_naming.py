@@ -88,6 +88,14 @@ def test_a_name_is_doubtful_where_something_is_left_and_another_was_not_tested()
     assert doubts(replace(ANSWER, findings=()), MODEL, data) == ()
 
 
+def test_what_is_the_same_on_every_flight_is_in_doubt_together() -> None:
+    """A drag is relative to the mass: a weaker thrust in the place of more mass would change it and explain no more."""
+    flights = flights_with("", {})
+    untested = (NotTested("offset:thrust", "added_mass stands for it"),)
+    heavier = replace(ANSWER, findings=(Finding("added_mass", {}, 1.0),), not_tried=untested)
+    assert doubts(heavier, CRAZYFLIE.nominal(), flights)[:1] == (Doubt(("added_mass", "gain:thrust")),)
+
+
 @pytest.mark.parametrize(
     ("verdict", "findings", "reason", "expected"),
     [

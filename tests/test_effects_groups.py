@@ -10,7 +10,7 @@ import pytest
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.predict.candidate import candidates, library_for
 from sym2real.effects import effect
-from sym2real.effects.groups import holding, others_of
+from sym2real.effects.groups import holding, others_of, same_on_every_flight
 from sym2real.effects.manoeuvres import (
     calm_rates,
     single_circle,
@@ -100,6 +100,14 @@ def test_equal_effects_compete_in_one_place() -> None:
     separated = candidates(library_for(CRAZYFLIE.nominal(), Dataset([busy])), Dataset([busy]))
     assert all(not one.excludes for one in separated)
     assert {"offset:thrust", "thrust_curve"} <= {one.name for one in separated}
+
+
+def test_what_no_flight_tells_apart_is_the_same_whatever_is_flown() -> None:
+    for flown in (hover, busy):
+        assert same_on_every_flight("added_mass", [flown]) == ("gain:thrust",)
+        assert same_on_every_flight("torque_bias", [flown]) == ("offset:w?_cmd",)
+    assert same_on_every_flight("wind", [hover]) == ("slope",)
+    assert same_on_every_flight("linear_drag", [hover]) == ()
 
 
 def test_motors_that_turn_the_body_tell_their_strength_from_a_mass() -> None:

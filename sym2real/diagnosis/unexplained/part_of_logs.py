@@ -114,7 +114,7 @@ def _moments(problems: Problems) -> Iterator[tuple[str, Tensor]]:
     times = np.array([logs[log].time[row] for log, row in zip(segments.log, segments.row, strict=True)])
     for moment in np.unique(np.quantile(times, np.arange(2, MOMENTS - 1) / MOMENTS, method="nearest")):
         after = torch.as_tensor(times >= moment)
-        yield from ((f"after about {moment:.2g} s", after), (f"before about {moment:.2g} s", ~after))
+        yield from ((f"after about {moment:.1f} s", after), (f"before about {moment:.1f} s", ~after))
 
 
 def _some_logs(problems: Problems, fit: Fit, candidate: Candidate) -> Iterator[tuple[str, Tensor]]:

@@ -157,7 +157,7 @@ def test_a_frame_opens_as_the_file_does() -> None:
 @pytest.mark.parametrize(
     ("frame", "told"),
     [
-        (pd.DataFrame({"time": [0.0, 0.1], "x": [0.0, np.nan], "speed": [1, 1]}), "row 1, column 'x'"),
+        (pd.DataFrame({"time": [0.0, 0.1], "x": [0.0, 1.0], "speed": [1, np.nan]}), "row 1, column 'speed'"),
         (pd.DataFrame({"time": [0.0, 0.1], "place": [0.0, 1.0]}), "standard state columns"),
         (pd.DataFrame({"time": ["a", "b"]}), "a column of numbers"),
         (pd.DataFrame({"time": []}), "rows of numbers"),

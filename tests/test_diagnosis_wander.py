@@ -14,7 +14,8 @@ from torch import Tensor
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import diagnose
 from sym2real.diagnosis.errors.floor import floor_of_explained
-from sym2real.diagnosis.estimate.whitening import Spread, Wander, Whitening, estimate, with_wander
+from sym2real.diagnosis.estimate.wander import Wander
+from sym2real.diagnosis.estimate.whitening import Spread, Whitening, estimate, with_wander
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.logs.noise import APART, growth

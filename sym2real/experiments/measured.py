@@ -49,12 +49,12 @@ def _intervals(pieces: Sequence[Trajectory]) -> Array:
 
 
 def step_of_logs(paths: Sequence[Path], spec: LogSpec | None, layouts: Layouts | None = None) -> float:
-    """The same of files, of a robot with these columns; of the standard ones without; the specification's, if shorter.
+    """The same of files, of a robot with these columns, else the standard ones; the specification's step, if shorter.
 
     Raises:
         DataError: when one cannot be read.
     """
     as_recorded = None if spec is None else replace(spec, time=replace(spec.time, dt=None))
     recorded = step_of(read_each(logs_of(paths, as_recorded), as_recorded, layouts, None))
-    said = None if spec is None else spec.time.dt  # rows may be a slow sensor's, with commands between them
-    return said if said is not None and said < (1.0 - REGULAR) * recorded else recorded
+    stated = None if spec is None else spec.time.dt  # rows may be a slow sensor's, with commands between them
+    return stated if stated is not None and stated < (1.0 - REGULAR) * recorded else recorded

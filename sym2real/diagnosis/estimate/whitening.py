@@ -28,6 +28,7 @@ from torch import Tensor
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.segments import Segments
 from sym2real.diagnosis.estimate.variances import Products, most_likely, root_plus_identity
+from sym2real.diagnosis.estimate.wander import Wander
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects.body import GRAVITY, SPAN_PART
@@ -38,6 +39,7 @@ from sym2real.trajectory import Array
 from sym2real.vocabulary import FORCE, HEIGHT, RATE_COMMAND, SPEED, STEERING, THRUST, TORQUE, push_column
 
 PIECES = 5
+# What may wander: places and angles, which estimators add up.
 WANDERING = {"position", "attitude", "heading"}
 SHARES = (0.1, 1.0, 10.0, 100.0)  # of a walk's step, beside the white noise: each tenfold is ten times the variance
 # Standard deviation of the free start in the tangent's units, far above any error of its estimate.
@@ -48,48 +50,6 @@ DISTURBANCE_SIZES = dict(zip((*STEERING.columns, *SPEED.columns), (0.05, 0.1), s
 FORCE_SHARE, TORQUE_ACCELERATION, JOINT_ACCELERATION = 0.01, 1.0, 0.1
 # Degrees of freedom that compete with infinitely many, and rounds of weights and variances.
 TAILS, TRUST_ROUNDS = (3.0, 5.0, 8.0, 12.0, 20.0, 40.0, 80.0), 3
-
-
-@dataclass(frozen=True, eq=False)
-class Wander:
-    """Noise that goes on from row to row: beside the white noise σ of a component, a random walk of steps √ρ σ.
-
-    Args:
-        shares: ρ of each component ``# (C,)``.
-        length: rows of a segment.
-    """
-
-    shares: Tensor = field(default_factory=lambda: torch.zeros(0, dtype=torch.float64))
-    length: int = 0
-
-    @property
-    def walks(self) -> bool:
-        """Whether any component does."""
-        return bool(self.shares.any())
-
-    @cached_property
-    def _modes(self) -> tuple[Tensor, Tensor]:
-        """Combinations of rows in which white noise and walks are both independent, and variances of both together."""
-        rows = torch.arange(1.0, self.length + 1, dtype=torch.float64)
-        sizes, modes = torch.linalg.eigh(torch.minimum(rows, rows[:, None]))
-        return modes, 1.0 + sizes[:, None] * self.shares
-
-    @property
-    def determinant(self) -> float:
-        """Logarithm of that of a segment's noise, in units of the white noise."""
-        return float(self._modes[1].log().sum()) if self.walks else 0.0
-
-    def whitened(self, columns: Tensor, *, back: bool = False) -> Tensor:
-        """Columns ``# (S, R, A)`` as combinations of rows with white noise; ``back`` is the transpose of that."""
-        if not self.walks:
-            return columns
-        modes, variances = self._modes
-        parts = columns.unflatten(1, (self.length, -1))  # (S, N, C, A)
-        scale = variances.rsqrt()[..., None]
-        parts = parts * scale if back else parts
-        turned = ((modes if back else modes.T) @ parts.flatten(2)).reshape(parts.shape)
-        white: Tensor = (turned if back else turned * scale).flatten(1, 2)
-        return white
 
 
 @dataclass(frozen=True, eq=False)

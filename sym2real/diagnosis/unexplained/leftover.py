@@ -213,11 +213,8 @@ def split_in_words(names: Sequence[str], features: Array, target: Array, unit: s
 def _split(features: Array, target: Array) -> Any:
     from sklearn.tree import DecisionTreeRegressor  # noqa: PLC0415
 
-    return (
-        DecisionTreeRegressor(max_depth=1, min_samples_leaf=len(target) // 20, random_state=0)
-        .fit(features, target)
-        .tree_
-    )
+    stump = DecisionTreeRegressor(max_depth=1, min_samples_leaf=len(target) // 20, random_state=0)
+    return stump.fit(features, target).tree_
 
 
 def _left(tree: Any) -> float:

@@ -52,8 +52,8 @@ class Part:
 
 def find_part(selection: Selection) -> tuple[Leftover, ...]:
     """What explains more in a part of the logs than an effect that was found, in its place; the surest for each."""
-    found = (_instead_of(selection, own) for own in selection.chosen)
-    return tuple(leftover for leftover in found if leftover is not None)
+    instead = (_instead_of(selection, own) for own in selection.chosen)
+    return tuple(leftover for leftover in instead if leftover is not None)
 
 
 def _instead_of(selection: Selection, own: Candidate) -> Leftover | None:
@@ -62,7 +62,7 @@ def _instead_of(selection: Selection, own: Candidate) -> Leftover | None:
     best = min(parts, key=lambda part: part.loss, default=None)
     if best is None:
         return None
-    fit = _fitted(problems, selection.free([*rest.chosen, best.candidate]), rest.fit.values, best)
+    fit = _fitted(selection, selection.free([*rest.chosen, best.candidate]), rest.fit.values, best)
     gains = problems.held_out_segments(selection.fit) - problems.held_out_segments(fit)
     gain, saved = float(gains.sum()), rest.loss - selection.present.loss
     times = stats.t.isf(SETTINGS.false_alarms_of_each(len(parts)), problems.block_count - 1)
@@ -82,9 +82,9 @@ def _instead_of(selection: Selection, own: Candidate) -> Leftover | None:
 def _moved(selection: Selection, fit: Fit, part: Part) -> float:
     """Part of the robot's motion that its model and what was found differ by."""
     problem = selection.problems.problem
-    sets = fit.values, _without(selection.problems, fit.values, part), selection.fit.values
-    there, elsewhere, found = problem.residuals(torch.stack(sets))
-    return part_of_changes(problem.segments, torch.where(part.inside[:, None], there, elsewhere) - found)
+    sets = fit.values, _without(selection, fit.values, part), selection.fit.values
+    there, elsewhere, present = problem.residuals(torch.stack(sets))
+    return part_of_changes(problem.segments, torch.where(part.inside[:, None], there, elsewhere) - present)
 
 
 def _values(selection: Selection, fit: Fit, candidate: Candidate) -> str:
@@ -140,25 +140,25 @@ def _in_part(fit: Fit, candidate: Candidate, inside: Tensor) -> Fit:
     return replace(fit, gradient=fit.gradient * there, curvature=fit.curvature * there[:, :, None] * there[:, None, :])
 
 
-def _fitted(problems: Problems, free: Free, values: Tensor, part: Part) -> Fit:
+def _fitted(selection: Selection, free: Free, values: Tensor, part: Part) -> Fit:
     """The joint fit with an effect in its part, by Gauss–Newton steps as long as they help."""
-    fit = _about(problems, free, values, part)
+    problems, fit = selection.problems, _about(selection, free, values, part)
     for _ in range(STEPS):
-        further = _about(problems, free, problems.moved(fit, problems.best_step(fit)), part)
+        further = _about(selection, free, problems.moved(fit, problems.best_step(fit)), part)
         if further.total >= fit.total:
             break
         fit = further
     return fit
 
 
-def _about(problems: Problems, free: Free, values: Tensor, part: Part) -> Fit:
-    sets = values, _without(problems, values, part)
-    there, elsewhere = problems.quadratics([Hypothesis(free, own) for own in sets])
+def _about(selection: Selection, free: Free, values: Tensor, part: Part) -> Fit:
+    sets = values, _without(selection, values, part)
+    there, elsewhere = selection.problems.quadratics([Hypothesis(free, own) for own in sets])
     return _in_part(there.mixed(part.inside, elsewhere), part.candidate, part.inside)
 
 
-def _without(problems: Problems, values: Tensor, part: Part) -> Tensor:
-    """The parameter set elsewhere ``# (P,)``."""
+def _without(selection: Selection, values: Tensor, part: Part) -> Tensor:
+    """The parameter set elsewhere ``# (P,)``, where the effect is what calibration says of the base."""
     values, slots = values.clone(), part.candidate.slots
-    values[slots] = problems.library.null[slots]
+    values[slots] = selection.origin[slots]
     return values

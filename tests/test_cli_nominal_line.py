@@ -55,6 +55,20 @@ def test_the_step_of_a_log_at_another_rate(tmp_path: Path) -> None:
     assert load_model(tmp_path / "model").dt == 0.01
 
 
+@pytest.mark.parametrize(("rate", "held"), [(50.0, False), (10.0, True)])
+def test_rows_slower_than_controllers_may_lack_commands(
+    rate: float, tmp_path: Path, capsys: pytest.CaptureFixture[str], *, held: bool
+) -> None:
+    """So the model is to be made with a controller's period; with one that was given nobody is asked for it."""
+    log, spec = str(save(flight(400, rate), tmp_path / "flight.parquet")), str(tmp_path / "flight.toml")
+    inspected(Path(log), tmp_path, "--out", spec)
+    for number, given in enumerate(((), ("--dt", "0.02"))):
+        words = ["--interface", "motors", "--log", log, "--spec", spec, "--out", str(tmp_path / f"model{number}")]
+        main(["nominal", "quadrotor", *words, *given])
+        printed = " ".join(capsys.readouterr().out.split())
+        assert ("commands are held for the 0.1 s between two rows" in printed) == (held and not given)
+
+
 def test_motors_of_no_known_unit_are_asked_for(tmp_path: Path) -> None:
     columns = flight(1000, 100.0)
     columns |= {f"motor{i}": 1400.0 + 800.0 * (columns[f"motor{i}"] - 0.5) for i in range(1, 5)}

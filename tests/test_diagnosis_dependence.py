@@ -97,6 +97,27 @@ def test_a_force_along_the_rates_cross_product_with_the_velocity_is_seen_and_no_
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("turning", [True, False])
+def test_a_force_to_the_robots_side_is_told_in_its_axes_as_it_turns(*, turning: bool) -> None:
+    robot = ROBOTS["crazyflie"]
+
+    def duct(_: object, data: MjData) -> None:
+        axes = data.xmat[1].reshape(3, 3)
+        data.xfrc_applied[1, :3] += 0.05 * (axes[:, 2] @ data.qvel[:3]) * axes[:, 1]
+
+    def plant(rng: np.random.Generator) -> MujocoPlant:
+        return MujocoPlant(unlimited(robot), (sensors(robot, rng), Change("", force=duct)))
+
+    flights = Dataset(standard_run(robot, plant, 3, index, yaw=turning) for index in range(8))
+    found = diagnose(robot.nominal(), flights)
+    assert found.verdict == "UNEXPLAINED"
+    level = {left.channel: left.explained_by for left in found.leftovers if left.channel[:2] in ("fx", "fy")}
+    along = "fy in the robot's axes" if turning else "fy"
+    assert level[along] in ("body velocity z", "velocity z")
+    assert f"a disturbance along {along} that depends on" in found.summary
+
+
+@pytest.mark.slow
 def test_a_force_whose_mean_is_most_of_it_is_said_with_its_mean_first_and_is_no_mass() -> None:
     """A tether pulls down and makes no thrust sideways smaller, as a mass would; how its pull changes is the rest."""
     robot, pulls = ROBOTS["crazyflie"], list[float]()

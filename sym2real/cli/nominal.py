@@ -19,6 +19,11 @@ if TYPE_CHECKING:
     from sym2real.symbolic import Equations
 
 DT, CAR_DT = 0.02, 0.05  # s
+BETWEEN = 1.5  # times the usual period, halfway to a log of every second row
+SLOW_ROWS = (
+    "note: commands are held for the {:g} s between two rows of the logs; if the controller sends more of them, make "
+    "the model with its period, --dt: what it sent between is then estimated"
+)
 
 
 @dataclass(frozen=True)
@@ -89,7 +94,7 @@ class NominalQuadrotor(OfLogs):
         )
         # Without commands of motors these are numbers of the robot: what a weak rotor does to it needs them.
         numbers = equations.numbers if self.interface == "motors" else {**equations.numbers, **self._rotors}
-        return save_nominal(replace(equations, numbers=numbers), self.out, console)
+        return save_nominal(replace(equations, numbers=numbers), self.out, console, None if self.dt else DT)
 
     @property
     def _rotors(self) -> dict[str, Any]:
@@ -173,11 +178,21 @@ class NominalCar(OfLogs):
         naming = self.naming_of(self.log, "--log")
         dt = self.dt or (step_of_logs(self.log, naming) if self.log else CAR_DT)
         equations = car(self.wheelbase, command=self.command, time_constant=self.time_constant, mass=self.mass, dt=dt)
-        return save_nominal(equations, self.out, console)
+        return save_nominal(equations, self.out, console, None if self.dt else CAR_DT)
 
 
-def save_nominal(equations: Equations, out: Path, console: Console, about: RenderableType = "") -> dict[str, Any]:
-    """Write equations, print what they are of, their interface by default; what ``--json`` says of them."""
+def save_nominal(
+    equations: Equations, out: Path, console: Console, usual: float | None = None, about: RenderableType = ""
+) -> dict[str, Any]:
+    """Write equations, print what they are of, their interface by default; what ``--json`` says of them.
+
+    Args:
+        equations: of the robot.
+        out: folder of the model.
+        console: to print on.
+        usual: control period in s beyond which logs may lack commands that were sent; None where the period was given.
+        about: what to print of the equations.
+    """
     from sym2real.report.tables import interface_lines
     from sym2real.symbolic import save_model
 
@@ -185,5 +200,7 @@ def save_nominal(equations: Equations, out: Path, console: Console, about: Rende
     console.print(about or "\n".join(interface_lines(equations)), markup=False)
     for note in equations.notes:
         console.print(f"note: {note}", markup=False)
+    if usual is not None and equations.dt > usual * BETWEEN:
+        console.print(SLOW_ROWS.format(equations.dt), markup=False)
     console.print(f"model in {out}; `sym2real show {out}` prints its equations", markup=False)
     return {"model": out, "nodes": equations.complexity(), "notes": list(equations.notes)}

@@ -14,7 +14,7 @@ def statement(left: Leftover) -> str:
         return f"an error{of} {(1 - left.r2) ** -0.5:.2f} times that of {beside}"
     if left.instead:
         return f"what {left.instead} {left.explained_by} explains better than {left.channel}"
-    what, by = ("disturbance along", "of") if is_push(left.channel) else ("change of", "by")
+    what, by = ("disturbance along", "of") if is_push(left.channel.partition(" ")[0]) else ("change of", "by")
     if left.size is not None:
         return f"a constant {what} {left.channel} {by} {with_unit(left.size, left.unit)}"
     how = "differs from log to log" if left.explained_by == LOG else f"depends on {left.explained_by}"

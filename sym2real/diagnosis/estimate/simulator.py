@@ -2,9 +2,8 @@
 
 It is the plain one with the effects that the model has already: against a simulator without them, what the model knows
 rightly would count as its own error. It flies along every log's reference (else along its smoothed path) with the
-nominal geometric controller and the log's quick changes of command. Where that is another manoeuvre, further off the
-log's places than these are from their mean (an arm's regulator knows one posture, and its servos hold any), what was
-sent is sent again, and the nearer of both flights counts.
+nominal geometric controller and the log's quick changes of command, and what was sent is sent again. The nearer of both
+flights counts: a controller may drive forwards along a path that was driven in reverse, and an arm's knows one posture.
 """
 
 from __future__ import annotations
@@ -101,15 +100,13 @@ def _flight(plant: MujocoPlant, log: Trajectory) -> Trajectory:
     flown = fly(plant, reference, dither, start=log.state[0], name=log.name)
     if plant.crashed:  # no base describes the second that leads to it, of a robot on wheels that tips over
         flown = flown.rows(0, max(1, len(flown) - round(1.0 / plant.dt)))
-    if (astray := _astray(flown, log)) > 1.0:
-        again = run_episode(plant, Replayed(log.action[:rows]), start=log.state[0], name=log.name, steps=len(dither))
-        return again if not plant.crashed and _astray(again, log) < astray else flown
-    return flown
+    again = run_episode(plant, Replayed(log.action[:rows]), start=log.state[0], name=log.name, steps=len(dither))
+    return again if not plant.crashed and _astray(again, log) < _astray(flown, log) else flown
 
 
 def _astray(flown: Trajectory, log: Trajectory) -> float:
-    """Squares of how far a flight is off a log's places, over those of the log's own about their mean."""
-    places = [log.layouts.state.index(column) for field in log.layouts.state.placing for column in field.columns]
-    own = log.state[: len(flown), places]
-    apart, spread = (float(np.square(part).sum()) for part in (flown.state[:, places] - own, own - own.mean(0)))
-    return apart / max(1e-300, spread)
+    """Squares of how far a flight is off a log, over those of the log about its mean: the mean of what is measured."""
+    layout, own = log.layouts.state, log.state[: len(flown)]
+    squares = np.square(flown.state - own).sum(0), np.square(own - own.mean(0)).sum(0)
+    fields = [layout.slice(field.name) for field in layout.fields if not field.hidden]
+    return float(np.mean([squares[0][field].sum() / max(1e-300, squares[1][field].sum()) for field in fields]))

@@ -7,6 +7,7 @@ no prediction needs: the integration error of the simulator that wrote them, for
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -17,22 +18,28 @@ from torch import Tensor
 from sym2real.diagnosis.data.segments import Segments
 from sym2real.diagnosis.estimate.whitening import PIECES, Spread
 from sym2real.diagnosis.predict.sensitivity import Problem
+from sym2real.logs import derive
 from sym2real.logs.conditions import signed_features
+from sym2real.logs.pose import attitudes
 from sym2real.trajectory import Array
+from sym2real.vocabulary import ATTITUDE, FORCE, HEADING
+
+TURNED = " in the robot's axes"  # behind the name of a level force
 
 
 def features_of(problem: Problem) -> tuple[list[str], tuple[Array, ...]]:
     """Names, and means over the piece before every piece, itself, and the one behind ``# (S·pieces, features)``."""
-    segments = problem.segments
     tables = [signed_features(trajectory) for trajectory in problem.data]
     names = list(tables[0])
     columns = [np.stack([table[name] for name in names], axis=1) for table in tables]
-    pieces = [
-        (columns[log], row + first, row + last)
-        for log, row in zip(segments.log, segments.row, strict=True)
-        for first, last in pairwise(segments.edges(PIECES))
-    ]
-    return names, tuple(np.stack([_mean(*piece, move) for piece in pieces]) for move in (-1, 0, 1))
+    return names, tuple(_means(problem, columns, move) for move in (-1, 0, 1))
+
+
+def _means(problem: Problem, columns: Sequence[Array], move: int = 0) -> Array:
+    """Of every log's columns ``# (rows, F)`` over every piece, or the one before or behind ``# (S·pieces, F)``."""
+    segments, edges = problem.segments, [*pairwise(problem.segments.edges(PIECES))]
+    starts = zip(segments.log, segments.row, strict=True)
+    return np.stack([_mean(columns[log], row + a, row + b, move) for log, row in starts for a, b in edges])
 
 
 def _mean(column: Array, first: int, last: int, move: int) -> Array:
@@ -48,6 +55,23 @@ def within(columns: Array, log: NDArray[np.int64]) -> Array:
     return np.asarray(columns - means[place])
 
 
+def axes_of(problem: Problem, names: tuple[str, ...]) -> tuple[tuple[str, ...], Array]:
+    """Names of disturbances, and what each is made of ``# (names, S·pieces, D)``: themselves, and level forces turned.
+
+    The robot's axes are level, and forward where it points.
+    """
+    count, level = len(problem.segments) * PIECES, list(FORCE.columns[:2])
+    own = np.repeat(np.eye(len(names))[:, None], count, axis=1)
+    layout = problem.segments.layout
+    if not (set(level) <= set(names) and (layout.has_field(ATTITUDE.name) or layout.has_field(HEADING.name))):
+        return names, own
+    ahead = [derive.to_world(attitudes(layout, log.state), np.array([[1.0, 0.0, 0.0]])) for log in problem.data]
+    x, y = _unit(_means(problem, [forward[:, :2] for forward in ahead])).T
+    turned = np.zeros((2, count, len(names)))
+    turned[:, :, [names.index(name) for name in level]] = np.stack([np.stack([x, y], 1), np.stack([-y, x], 1)])
+    return (*names, *(name + TURNED for name in level)), np.concatenate([own, turned])
+
+
 def part_of_disturbance(segments: Segments, spread: Spread, name: str, disturbance: Array | float) -> float:
     """Largest part of any field's motion that a disturbance makes.
 
@@ -57,10 +81,15 @@ def part_of_disturbance(segments: Segments, spread: Spread, name: str, disturban
         name: of this one.
         disturbance: over every piece ``# (S·pieces,)``, or the same everywhere, in its unit.
     """
-    place = spread.names.index(name)
-    pieces = torch.as_tensor(disturbance, dtype=torch.float64).expand(len(segments) * PIECES) / spread.sizes[place]
-    changes = torch.einsum("srp,sp->sr", spread.disturbances[:, :, place], pieces.reshape(-1, PIECES))
-    return part_of_changes(segments, changes)
+    disturbances = np.zeros((len(segments) * PIECES, len(spread.names)))
+    disturbances[:, spread.names.index(name)] = disturbance
+    return part_of_disturbances(segments, spread, disturbances)
+
+
+def part_of_disturbances(segments: Segments, spread: Spread, disturbances: Array) -> float:
+    """The same of all of them at once ``# (S·pieces, D)``."""
+    pieces = (torch.as_tensor(disturbances) / spread.sizes).unflatten(0, (-1, PIECES))
+    return part_of_changes(segments, torch.einsum("srdp,spd->sr", spread.disturbances, pieces))
 
 
 def part_of_changes(segments: Segments, changes: Tensor) -> float:
@@ -77,6 +106,10 @@ def _motion(segments: Segments, middle: int) -> Tensor:
     layout = segments.layout
     first, centre, last = (segments.measured[:, row] for row in (0, middle, -1))
     return (layout.difference(last, centre) - layout.difference(centre, first))[:, list(segments.compared)]
+
+
+def _unit(vectors: Array) -> Array:
+    return np.asarray(vectors / np.linalg.norm(vectors, axis=1, keepdims=True).clip(1e-12))
 
 
 def _size(moved: Tensor) -> float:

@@ -20,7 +20,13 @@ from sym2real.diagnosis.data.segments import unseen_r2
 from sym2real.diagnosis.estimate.whitening import PIECES, Whitened
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.settings import SETTINGS
-from sym2real.diagnosis.unexplained.features import features_of, part_of_disturbance, within
+from sym2real.diagnosis.unexplained.features import (
+    TURNED,
+    axes_of,
+    features_of,
+    part_of_disturbances,
+    within,
+)
 from sym2real.effects.kind import with_unit
 from sym2real.logs.conditions import WHERE
 from sym2real.symbolic.mass_normalised import unit_for
@@ -75,7 +81,7 @@ class Rest:
     """What is left of a data set at a parameter set.
 
     Args:
-        names, units, sizes: of the disturbances; what counts as one.
+        names, units, sizes: of the disturbances, level forces in world axes and in the robot's; what counts as one.
         disturbances: less the log's mean ``# (pieces, D)``.
         motion: part of the robot's motion that each makes.
         features: their names.
@@ -98,15 +104,16 @@ class Rest:
     def of(cls, whitened: Whitened) -> Rest:
         """What the parameter set leaves of a data set."""
         problem, spread = whitened.problem, whitened.spread
-        names, (before, features, behind) = features_of(problem)
+        features, (before, values, behind) = features_of(problem)
+        names, axes = axes_of(problem, spread.names)
         logs = np.repeat(problem.segments.log, PIECES)
-        disturbances = within(most_likely_disturbances(whitened), logs)
+        disturbances = within(np.einsum("pd,cpd->pc", most_likely_disturbances(whitened), axes), logs)
         groups = logs if len(np.unique(logs)) > 2 else logs * 100 + np.arange(len(logs)) * 4 // len(logs)
-        units = tuple(unit_of(problem, name) for name in spread.names)
-        along = zip(spread.names, disturbances.T, strict=True)
-        motion = tuple(part_of_disturbance(problem.segments, spread, name, column) for name, column in along)
-        sizes = tuple(spread.sizes.tolist())
-        return cls(spread.names, units, sizes, disturbances, motion, names, features, (before, behind), groups)
+        units = tuple(unit_of(problem, name.partition(" ")[0]) for name in names)
+        along = zip(axes, disturbances.T, strict=True)
+        motion = tuple(part_of_disturbances(problem.segments, spread, axis * size[:, None]) for axis, size in along)
+        sizes = tuple((axes[:, 0] @ spread.sizes.numpy()).tolist())
+        return cls(names, units, sizes, disturbances, motion, features, values, (before, behind), groups)
 
     def explained(self, channel: str) -> tuple[float, float]:
         """R² of a disturbance on pieces not seen, and the size of what is so explained in its unit."""
@@ -160,7 +167,7 @@ def find_leftovers(rest: Rest, own: Whitened | None = None) -> tuple[Leftover, .
         return ()
     rest_of, leftovers = cache(Rest.of), []
     scored = ((*rest.explained(channel), channel) for channel in rest.suspects())
-    for r2, size, channel in sorted((entry for entry in scored if entry[0] > SETTINGS.worth_saying), reverse=True):
+    for r2, size, channel in _in_one_frame([entry for entry in scored if entry[0] > SETTINGS.worth_saying]):
         place = rest.names.index(channel)
         if size < SETTINGS.negligible * rest.sizes[place] or rest.answered(channel, r2):
             continue
@@ -169,6 +176,15 @@ def find_leftovers(rest: Rest, own: Whitened | None = None) -> tuple[Leftover, .
         feature, term = split_in_words(rest.features, rest.values, rest.disturbances[:, place], rest.units[place])
         leftovers.append(Leftover(feature, channel, r2, term, motion=float(np.sqrt(r2)) * rest.motion[place]))
     return tuple(leftovers)
+
+
+def _in_one_frame(scored: list[tuple[float, float, str]]) -> list[tuple[float, float, str]]:
+    """R², size and channel, the strongest first, level forces in world axes unless more is explained in the robot's."""
+    turned = [entry for entry in scored if entry[2].endswith(TURNED)]
+    level = [entry for entry in scored if entry[2] in [name.removesuffix(TURNED) for _, _, name in turned]]
+    best, in_world = (max((r2 for r2, _, _ in entries), default=0.0) for entries in (turned, level))
+    worse = turned if in_world >= SETTINGS.nearly * best else level
+    return sorted((entry for entry in scored if entry not in worse), reverse=True)
 
 
 def most_likely_disturbances(whitened: Whitened) -> Array:

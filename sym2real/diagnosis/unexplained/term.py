@@ -20,6 +20,7 @@ from sym2real.diagnosis.estimate.whitening import Whitening
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.settings import SETTINGS
+from sym2real.diagnosis.unexplained.features import TURNED
 from sym2real.diagnosis.unexplained.leftover import Leftover, Rest
 from sym2real.effects.along_logs import with_filtered_commands
 from sym2real.effects.written_term import add_term, nameable
@@ -57,7 +58,7 @@ def propose(informed: Equations, data: Dataset, rest: Rest, leftover: Leftover, 
         whitening: of the residuals.
     """
     channel = leftover.channel
-    if channel not in rest.names:  # a measurement that is off is no disturbance
+    if channel not in rest.names or channel.endswith(TURNED):  # a measurement that is off is no disturbance
         return None
     if leftover.size is None:
         variable = nameable(informed).get(leftover.explained_by)

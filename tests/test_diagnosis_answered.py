@@ -2,65 +2,76 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pytest
+from mujoco import MjData
 
-from sym2real.diagnosis.settings import SETTINGS
-from sym2real.diagnosis.unexplained.leftover import Rest, find_leftovers
-from sym2real.trajectory import Array
+from sym2real.dataset import Dataset
+from sym2real.diagnosis.estimate.fit import Problems
+from sym2real.diagnosis.estimate.whitening import Spread, estimate
+from sym2real.diagnosis.predict.library import Library
+from sym2real.diagnosis.predict.sensitivity import Problem
+from sym2real.diagnosis.search.select import Selection
+from sym2real.diagnosis.unexplained.dependence import Terms, find_dependences
+from sym2real.plants import MujocoPlant, run_episode
+from sym2real.protocols import Change
+from sym2real.robots import Robot
+from sym2real.trajectory import Array, Trajectory
 
-LOGS, PIECES, PARTS = 8, 150, 5
-
-
-def first_order(rng: np.random.Generator, memory: float) -> Array:
-    """A stationary series of unit variance ``# (PIECES,)``."""
-    noise = rng.standard_normal(PIECES)
-    found = np.empty(PIECES)
-    found[0] = noise[0]
-    for row in range(1, PIECES):
-        found[row] = memory * found[row - 1] + np.sqrt(1 - memory**2) * noise[row]
-    return found
-
-
-def answers(disturbances: Array, gain: float, lag: float) -> Array:
-    """Mean command of every piece, of a lagging loop that works against the rate of disturbances ``# (PIECES,)``."""
-    rate, command, means = 0.0, 0.0, []
-    for disturbance in disturbances:
-        sent = []
-        for _ in range(PARTS):
-            command += (-gain * rate - command) / (lag * PARTS)
-            rate += (disturbance + command) / PARTS
-            sent.append(command)
-        means.append(np.mean(sent))
-    return np.array(means)
+RAIL = """<mujoco><option timestep="0.001" integrator="implicitfast"/><worldbody><body>
+<joint name="rail" type="slide" axis="1 0 0" damping="0.5" range="-9 9"/>
+<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>
+</body></worldbody><actuator><motor name="drive" joint="rail" ctrlrange="-9 9"/></actuator></mujoco>"""
+LOGS, ROWS, MEMORY = 8, 500, 0.98  # of a push from millisecond to millisecond: 0.05 s
 
 
-def rest_of(disturbances: Array, commands: Array) -> Rest:
-    """Of logs ``# (LOGS, PIECES)`` each, with noise in what was estimated of the disturbance."""
-    rng = np.random.default_rng(7)
-    noisy = disturbances + rng.standard_normal(disturbances.shape)
-    other = rng.standard_normal(commands.shape)
-    moved = [np.roll(np.stack([commands, other], axis=-1), -away, axis=1).reshape(-1, 2) for away in (-1, 0, 1)]
-    groups = np.repeat(np.arange(LOGS), PIECES)
-    around = moved[0], moved[2]
-    return Rest(("tz",), ("N m",), (1.0,), noisy.reshape(-1, 1), (0.5,), ["wz_cmd", "x"], moved[1], around, groups)
+class Lagging:
+    """A regulator whose force follows late, and trembles."""
+
+    def __init__(self, rng: np.random.Generator) -> None:
+        self.rng, self.force = rng, 0.0
+
+    def reset(self) -> None:
+        """It forgets its force."""
+        self.force = 0.0
+
+    def remember(self, sent: Array) -> None:
+        """There is nothing to note."""
+
+    def act(self, state: Array, step: int, inputs: Array | None = None) -> Array:
+        wanted = -6.0 * state[0] - 4.0 * state[1] + self.rng.normal()
+        self.force += 0.15 * (wanted - self.force)
+        return np.array([self.force])
 
 
-@pytest.mark.parametrize(
-    ("memory", "gain", "lag"), [(0.5, 2.0, 0.3), (0.5, 2.0, 1.0), (0.7, 1.0, 1.0), (0.7, 2.0, 0.3)]
-)
-def test_a_disturbance_that_a_controller_answers_depends_on_nothing(memory: float, gain: float, lag: float) -> None:
-    rng = np.random.default_rng(1)
-    disturbances = np.stack([first_order(rng, memory) for _ in range(LOGS)])
-    rest = rest_of(disturbances, np.stack([answers(own, gain, lag) for own in disturbances]))
-    assert rest.explained("tz")[0] > SETTINGS.worth_saying  # the command follows the disturbance all the same
-    assert find_leftovers(rest) == ()
+def driven(robot: Robot, number: int, depends: float) -> Trajectory:
+    """A push of its own, and one that goes with the command."""
+    rng, push = np.random.default_rng(number), np.zeros(1)
+
+    def force(_: object, data: MjData) -> None:
+        push[0] = MEMORY * push[0] + 1.5 * np.sqrt(1.0 - MEMORY**2) * rng.standard_normal()
+        data.qfrc_applied[0] = push[0] + depends * data.ctrl[0]
+
+    log = run_episode(MujocoPlant(robot, [Change("", force=force)]), Lagging(rng), start=np.zeros(2), steps=ROWS)
+    noise = rng.normal(size=log.state.shape) * np.array([1e-3, 1e-2])
+    return replace(log, state=log.state + noise, name=f"log{number}")
 
 
-@pytest.mark.parametrize("memory", [0.0, 0.7, 0.95])
-def test_a_disturbance_that_depends_on_a_command_is_left(memory: float) -> None:
-    rng = np.random.default_rng(2)
-    commands = np.stack([first_order(rng, memory) for _ in range(LOGS)])
-    (found,) = find_leftovers(rest_of(-0.8 * commands, commands))
-    assert found.explained_by == "wz_cmd"
-    assert found.r2 > SETTINGS.worth_saying
+def left_in(robot: Robot, depends: float) -> Terms:
+    library = Library.of(robot.nominal(), [])
+    problem = Problem(library, Dataset(driven(robot, number, depends) for number in range(LOGS)))
+    spread, segments = Spread.of(problem, library.null), problem.segments
+    whitening = estimate(spread, problem.residuals(library.null[None])[0], segments.noise, segments.channel)
+    return Terms.of(Selection(Problems.of(problem, whitening), [], library.null), spread, None)
+
+
+@pytest.mark.parametrize("depends", [0.0, -0.8])
+def test_what_a_controller_answers_is_no_dependence_on_its_command(depends: float, tmp_path: Path) -> None:
+    (file := tmp_path / "rail.xml").write_text(RAIL)
+    terms = left_in(Robot.from_mjcf(file, dt=0.02), depends)
+    assert len(terms.promising()) > 1  # a command follows the push all the same
+    first = [left.explained_by for left in find_dependences(terms)][:1]
+    assert first == (["drive"] if depends else [])

@@ -19,8 +19,8 @@ from sym2real.diagnosis.predict.candidate import candidates
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.search.select import Selection
-from sym2real.diagnosis.unexplained.dependence import Terms, find_dependence
-from sym2real.diagnosis.unexplained.disturbance_terms import features_in
+from sym2real.diagnosis.unexplained.dependence import Terms, find_dependences
+from sym2real.diagnosis.unexplained.disturbance_terms import CONSTANT, Dependence, features_in
 from sym2real.diagnosis.unexplained.leftover import Leftover
 from sym2real.effects import effect
 from sym2real.experiments.excitation import unlimited
@@ -53,7 +53,8 @@ def without_a_library(robot: str, key: str = "", value: float = 0.0) -> tuple[Se
 
 
 def found_in(robot: str, key: str = "", value: float = 0.0) -> Leftover | None:
-    return next(iter(find_dependence(*without_a_library(robot, key, value))), None)
+    terms = Terms.of(*without_a_library(robot, key, value), None)
+    return next(iter(find_dependences(terms)), None)
 
 
 @pytest.mark.slow
@@ -142,12 +143,13 @@ def test_a_term_takes_the_force_away_that_was_put_in() -> None:
     """A wind of 20 mN is a constant force of 20 mN, which takes away what its quadratic model says."""
     selection, spread = without_a_library("crazyflie", "wind", 0.02)
     terms = Terms.of(selection, spread, None)
-    (one,) = terms.judged(terms.problems.whitening, [(spread.names.index("fx"), "constant")])
+    (along,) = (channel for channel in terms.channels if channel.name == "fx")
+    (one,) = terms.judged(terms.problems.whitening, [Dependence(along, CONSTANT)])
     one, whitening = terms.alone(one)
-    size = float(one.step[one.preceding] * spread.sizes[one.channel])
+    size = float(one.step[one.preceding] * along.size)
     assert size == pytest.approx(0.02, rel=0.1)
     assert one.chance(terms.problems.blocks) < 1e-9
-    after = float(whitening.loss(terms.side.after(one.channel, one.name, one.step)[None]).sum())
+    after = float(whitening.loss(terms.side.after(one.terms, one.step)[None]).sum())
     assert terms.loss(whitening) - after == pytest.approx(one.most, rel=1e-4)
     assert 0.95 < one.fall(terms.problems.folds) / one.most <= 1.0
 
@@ -160,11 +162,12 @@ def test_a_constant_beside_an_offset_that_was_found_says_nothing() -> None:
     problem = Problem(library, problem.data)
     tried = candidates(library, problem.data)
     beside = Selection(Problems.of(problem, selection.problems.whitening), tried, library.null)
-    steer, speed = (spread.names.index(name) for name in ("steer", "speed"))
     for chosen, alike in ((tried, (True, False)), ((), (False, False))):
         beside.put(chosen, beside.beside(chosen, beside.fit).fit)
         terms = Terms.of(beside, spread, None)
-        constants = terms.judged(terms.problems.whitening, [(steer, "constant"), (speed, "constant")])
+        by_name = {channel.name: channel for channel in terms.channels}
+        pairs = [Dependence(by_name[name], CONSTANT) for name in ("steer", "speed")]
+        constants = terms.judged(terms.problems.whitening, pairs)
         assert tuple(term.inflation > 9 for term in constants) == alike
 
 
@@ -172,7 +175,7 @@ def test_a_constant_beside_an_offset_that_was_found_says_nothing() -> None:
 def test_a_trim_of_every_log_has_no_part_in_what_was_sent_before() -> None:
     selection, _ = without_a_library("mushr")
     problem = selection.problems.problem
-    for name, feature in features_in(problem).items():
+    for name, feature in features_in(problem)[0].items():
         shapes = feature.shapes(feature)
         means = torch.stack([shapes[torch.as_tensor(problem.segments.log) == log].mean((0, 1)) for log in range(8)])
         if name.startswith("earlier"):

@@ -11,10 +11,13 @@ from standard_set import Case, simulate_case
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import Diagnosis, diagnose
-from sym2real.diagnosis.estimate.whitening import Spread, Whitened, estimate
+from sym2real.diagnosis.estimate.fit import Problems
+from sym2real.diagnosis.estimate.whitening import Spread, estimate
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
-from sym2real.diagnosis.unexplained.constant import Constants
+from sym2real.diagnosis.search.select import Selection
+from sym2real.diagnosis.unexplained.dependence import Terms
+from sym2real.diagnosis.unexplained.disturbance_terms import CONSTANT, Dependence, TermFit
 from sym2real.diagnosis.unexplained.leftover import Leftover, find_misfit, split_in_words
 from sym2real.report.leftover import measure, statement
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
@@ -95,34 +98,47 @@ def test_trim_that_differs_from_run_to_run_is_no_constant() -> None:
     ("key", "channel", "value"), [("yaw_bias", "measured heading", np.deg2rad(2.0)), ("offset:steer", "steer", 0.05)]
 )
 def test_a_cars_constants_are_those_that_were_put_in(key: str, channel: str, value: float) -> None:
-    plain, changed = (_constants(((key, {"value": size}),) if size else ()) for size in (0.0, value))
-    place = plain.names.index(channel)
-    assert plain.units[place] == "rad"
-    assert float(changed.sizes[place] - plain.sizes[place]) == pytest.approx(value, rel=0.1)
-    logs = np.arange(len(changed.gradient)) // (len(changed.gradient) // 8)
-    assert changed.alone(place).chance(logs) < 1e-6
+    plain, changed = (_terms(((key, {"value": size}),) if size else ()) for size in (0.0, value))
+    (before,), (after,) = (_constants(terms, channel) for terms in (plain, changed))
+    assert _size(after) - _size(before) == pytest.approx(value, rel=0.1)
+    assert after.term.channel.unit == "rad"
+    assert after.chance(changed.problems.logs) < 1e-6
 
 
 def test_what_one_constant_explains_is_not_counted_again() -> None:
     """Two forces are two: beside the first at its size only the second is left."""
-    constants = _of(CRAZYFLIE, flights_with("wind", {"fx": 0.02, "fy": 0.015}))
-    along, across = (constants.names.index(name) for name in ("fx", "fy"))
-    assert float(constants.sizes[along]) == pytest.approx(0.02, rel=0.15)
-    rest = constants.beside(along)
-    assert abs(float(rest.sizes[along])) < 1e-9
-    assert float(rest.sizes[across]) == pytest.approx(0.015, rel=0.15)
+    terms = _of(CRAZYFLIE, flights_with("wind", {"fx": 0.02, "fy": 0.015}))
+    whitening = terms.problems.whitening
+    (along,), (across,) = (_constants(terms, name) for name in ("fx", "fy"))
+    assert _size(along) == pytest.approx(0.02, rel=0.15)
+    beside = terms.with_term(along, whitening)
+    (rest,) = _constants(beside, "fy")
+    assert _size(rest) == pytest.approx(0.015, rel=0.15)
+    assert along.term not in beside.pairs
+    both = beside.with_term(rest, whitening)
+    falls = [own.most for own in both.judged(whitening, [Dependence(along.term.channel, CONSTANT)])]
+    assert falls[0] < 1e-3 * min(along.most, across.most)
 
 
-def _constants(effects: tuple[tuple[str, dict[str, float]], ...]) -> Constants:
+def _constants(terms: Terms, channel: str) -> list[TermFit]:
+    (along,) = (own for own in terms.channels if own.name == channel)
+    return terms.judged(terms.problems.whitening, [Dependence(along, CONSTANT)])
+
+
+def _size(constant: TermFit) -> float:
+    return float(constant.step[constant.preceding] * constant.term.channel.size)
+
+
+def _terms(effects: tuple[tuple[str, dict[str, float]], ...]) -> Terms:
     return _of(MUSHR, simulate_case(Case("mushr", effects, seed=11), rows=180))
 
 
-def _of(robot: Robot, data: Dataset) -> Constants:
+def _of(robot: Robot, data: Dataset) -> Terms:
     library = Library.of(robot.nominal(), [])
     problem = Problem(library, data)
     spread, residual = Spread.of(problem, library.null), problem.residuals(library.null[None])[0]
     whitening = estimate(spread, residual, problem.segments.noise, problem.segments.channel, alike=True)
-    return Constants.of(Whitened(problem, spread, whitening, library.null))
+    return Terms.of(Selection(Problems.of(problem, whitening), [], library.null), spread, None)
 
 
 def test_errors_far_beyond_noise_are_left_over_even_if_no_disturbance_describes_them() -> None:

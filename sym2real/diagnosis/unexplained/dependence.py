@@ -7,6 +7,11 @@ squares on the residuals themselves; so does a constant, because beside a gain t
 of an offset it is only seen where both are fitted. A promising one is taken out of the residuals, the variances are
 estimated anew without it, and under these it must lower held-out errors and differ from none beyond chance, as an
 effect must. What the base itself contributes to its score in the plain simulator does not count (see ``calibrate.py``).
+What is taken stays beside what is looked for next, and what is the same everywhere goes first where it is most of it.
+
+What a disturbance depends on stands before it as well as behind it. A random disturbance, which the robot and its
+controller answer, explains what follows, and little that went before explains it: C. Sims, "Money, income, and
+causality", Am. Econ. Review 62 (1972).
 
 An effect in the place of one that the catalogue lacks fits it on average, not everywhere: a tyre's relaxation length
 that stands for a servo's lag is the longer the faster the car drives. So parameters that were found compete as well.
@@ -15,28 +20,32 @@ that stands for a servo's lag is the longer the faster the car drives. So parame
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
-from itertools import product
+from dataclasses import dataclass, replace
 
-import torch
+from torch import Tensor
 
 from sym2real.diagnosis.estimate.calibrate import Calibration, by_log
 from sym2real.diagnosis.estimate.fit import Problems
-from sym2real.diagnosis.estimate.quadratic import Fit
+from sym2real.diagnosis.estimate.quadratic import Fit, solve
 from sym2real.diagnosis.estimate.whitening import Spread, Whitening, estimate
 from sym2real.diagnosis.search.intervals import WITHIN_A_STEP
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.diagnosis.unexplained.disturbance_terms import (
     CONSTANT,
+    TURNED,
+    Channel,
+    Dependence,
     Feature,
     Side,
     TermFit,
+    channels_of,
     features_in,
     name_of_earlier,
+    ranked,
 )
 from sym2real.diagnosis.unexplained.features import part_of_changes
-from sym2real.diagnosis.unexplained.leftover import Leftover, split_in_words, unit_of
+from sym2real.diagnosis.unexplained.leftover import Leftover, split_in_words
 from sym2real.effects.kind import with_unit
 from sym2real.logs.conditions import WHERE
 
@@ -44,6 +53,8 @@ from sym2real.logs.conditions import WHERE
 PROMISING, MOST_TERMS = 0.003, 3
 # Times that the variances are estimated without a term, each time fitted under the last ones.
 ROUNDS = 2
+# Disturbances that are told beside each other.
+MOST_LEFT = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,141 +63,181 @@ class Terms:
 
     Args:
         features: of the logs, by name.
+        channels: what may depend on them.
         side: the logs at the best fit.
         own: the plain simulator's data at the base's own origin; None without a simulator.
         problems: the logs, under a whitening that explains what terms would.
         fit: of what was found.
+        beside: terms that were taken.
     """
 
     features: dict[str, Feature]
+    channels: list[Channel]
     side: Side
     own: Side | None
     problems: Problems
     fit: Fit
+    beside: tuple[Dependence, ...] = ()
 
     @classmethod
     def of(cls, selection: Selection, spread: Spread, own: Calibration | None) -> Terms:
-        """Arguments as of :func:`find_dependence`."""
+        """Beside what was found.
+
+        Args:
+            selection: that.
+            spread: shapes of the disturbances.
+            own: the base against the plain simulator.
+        """
         problems, fit = selection.problems, selection.fit
-        features = features_in(problems.problem)
+        features, *_ = features_in(problems.problem)
+        channels = channels_of(problems.problem, spread, fit)
         side = Side.of(problems.problem, spread, fit.values, fit, features)
         flown = None if own is None else Side.of(own.problem, own.spread, own.values, fit, features)
-        return cls(features, side, flown, problems, fit)
+        return cls(features, channels, side, flown, problems, fit)
 
     @property
-    def pairs(self) -> list[tuple[int, str]]:
-        """Channels, each with what it may depend on: parameters that were found with ranks of features alone."""
-        ranked = {name for name, feature in self.features.items() if feature.columns and not feature.within}
-        count, everything = len(self.side.spread.names), self.side.shapes.shape[2]
-        return [pair for pair in product(range(everything), self.side.terms) if pair[0] < count or pair[1] in ranked]
+    def pairs(self) -> list[Dependence]:
+        """Channels, each with what it may depend on and was not taken.
 
-    def judged(self, whitening: Whitening, pairs: Iterable[tuple[int, str]]) -> list[TermFit]:
+        What measurements are off by is constant, and parameters that were found depend on ranks of features alone.
+        """
+        may = {"disturbance": list(self.side.terms[0]), "measured": [CONSTANT]}
+        may["parameter"] = [name for name in self.side.terms[0] if ranked(name)]
+        pairs = (Dependence(along, name) for along in self.channels for name in may[along.kind])
+        return [pair for pair in pairs if pair not in self.beside]
+
+    def judged(self, whitening: Whitening, pairs: Iterable[Dependence]) -> list[TermFit]:
         """Channels that depend each on a feature, under a whitening."""
         here = self.side.products(whitening)
         there = None if self.own is None else self.own.products(self.own.spread.like(whitening))
-        terms, preceding = [], self.side.columns.shape[-1] - 1
-        for channel, name in pairs:
-            gradient, curvature = self.side.joined(here, channel, name)
-            if self.own is not None and there is not None and name in self.own.terms:
-                base = self.own.joined(there, channel, name)[0]
-                gradient = gradient - whitening.trust[:, None] * by_log(base, self.own.logs, self.side.logs)
-            terms.append(TermFit(channel, name, preceding, gradient, curvature))
-        return terms
+        preceding, judged = self._joined(whitening, here, there, self.beside)[0].shape[-1], []
+        for pair in pairs:
+            terms = (*self.beside, pair)
+            judged.append(TermFit(terms, preceding, *self._joined(whitening, here, there, terms)))
+        return judged
+
+    def _joined(
+        self, whitening: Whitening, here: Tensor, there: Tensor | None, terms: tuple[Dependence, ...]
+    ) -> tuple[Tensor, Tensor]:
+        gradient, curvature = self.side.joined(here, terms)
+        if self.own is not None and there is not None and all(map(self.own.has, terms)):
+            base, _ = self.own.joined(there, terms)
+            gradient = gradient - whitening.trust[:, None] * by_log(base, self.own.logs, self.side.logs)
+        return gradient, curvature
 
     def promising(self) -> list[TermFit]:
-        """Terms that save much even under variances that explain what they would, the best first."""
+        """Terms that save much even under variances that explain what they would, the best first, or a simpler one.
+
+        A constant is simpler, where it is most of what depends on something; so is what is nearly as good and depends
+        neither on where the robot is nor on where it points.
+        """
         whitening, folds = self.problems.whitening, self.problems.folds
-        everything = self.judged(whitening, self.pairs)
+        falls = [(judged.fall(folds), judged) for judged in self.judged(whitening, self.pairs)]
+        falls = sorted(falls, key=lambda pair: -pair[0])
+        most, best = falls[0] if falls else (0.0, None)
+
+        def order(pair: tuple[float, TermFit]) -> tuple[bool, ...]:
+            fall, (channel, name, _) = pair[0], pair[1].term
+            constant = best is not None and (channel, name) == (best.term.channel, CONSTANT)
+            alike = fall >= SETTINGS.nearly * most and not name.startswith(WHERE) and channel.axis is None
+            return not (constant and fall >= SETTINGS.mostly * most), not alike
+
         least = PROMISING * self.loss(whitening)
-        falls = sorted(((judged.fall(folds), judged) for judged in everything), key=lambda pair: -pair[0])
-        best = [judged for fall, judged in falls[:MOST_TERMS] if fall > least]
-        return sorted(best, key=lambda judged: judged.name.startswith(WHERE))  # the first of those as good is taken
+        return [judged for fall, judged in sorted(falls, key=order)[:MOST_TERMS] if fall > least]
 
     def alone(self, judged: TermFit) -> tuple[TermFit, Whitening]:
         """A term under variances that are estimated without it."""
         whitening, segments = self.problems.whitening, self.problems.problem.segments
         for _ in range(ROUNDS):
-            rest = self.side.after(judged.channel, judged.name, judged.step)
+            rest = self.side.after(judged.terms, judged.step)
             whitening = estimate(self.side.spread, rest, segments.noise, segments.channel)
-            (judged,) = self.judged(whitening, [(judged.channel, judged.name)])
+            (judged,) = self.judged(whitening, [judged.term])
         return judged, whitening
 
     def loss(self, whitening: Whitening) -> float:
-        """Whitened squares without a term."""
-        return float(whitening.loss(self.side.columns[None, ..., 0]).sum())
+        """Whitened squares with the terms that were taken, and no other."""
+        whole = float(whitening.loss(self.side.columns[None, ..., 0]).sum())
+        if not self.beside:
+            return whole
+        gradient, curvature = (part.sum(0) for part in self.side.joined(self.side.products(whitening), self.beside))
+        return whole - float(gradient @ solve(curvature, gradient))
 
-    def accepted(self, judged: TermFit) -> tuple[float, TermFit, Whitening] | None:
+    def accepted(self, judged: TermFit) -> tuple[TermFit, Whitening] | None:
         """A term that lowers held-out errors by enough and is beyond chance, by blocks of 1.5 s and by whole logs.
 
         Returns:
-            the relative fall of the held-out loss, and the term under the variances without it, and these.
+            the term under the variances without it, and these.
         """
         (judged, whitening), problems = self.alone(judged), self.problems
-        gain = judged.fall(problems.folds) / self.loss(whitening)
-        needed = SETTINGS.gain_beside if self.features[judged.name].within else SETTINGS.term_gain
+        name, gain = judged.term.name, judged.fall(problems.folds) / self.loss(whitening)
+        needed = SETTINGS.gain_beside if self.features[name].within else SETTINGS.term_gain
         if (
             gain <= needed
             or self._hidden_in_a_step(judged)
-            or (judged.name == CONSTANT and judged.inflation > SETTINGS.far**2)  # as of an offset beside another
-            or judged.chance(problems.blocks) >= SETTINGS.false_alarms_of_each(len(self.pairs))
+            or (name == CONSTANT and judged.inflation > SETTINGS.far**2)  # as of an offset beside another
+            or judged.chance(problems.blocks) >= SETTINGS.false_alarms_of_each(len(self.features) * len(self.channels))
+            or (name != CONSTANT and self._answered(judged, whitening))
         ):
             return None
         by_trim = problems.log_count >= SETTINGS.fewest_logs and judged.chance(problems.logs) > SETTINGS.level
-        return None if by_trim else (gain, judged, whitening)
+        return None if by_trim else (judged, whitening)
+
+    def _answered(self, judged: TermFit, whitening: Whitening) -> bool:
+        """Whether what is measured behind a disturbance explains more of it, and what is before little."""
+        moved = [judged.term._replace(move=move) for move in (1, -1)]
+        behind, before = (other.fall(self.problems.folds) for other in self.judged(whitening, moved))
+        return judged.fall(self.problems.folds) < behind and before < SETTINGS.mostly * behind
 
     def _hidden_in_a_step(self, judged: TermFit) -> bool:
         """Whether a command's dependence on what it was is less than nobody knows of when in a step it acts."""
-        channel, _, _, size = self._channel(judged.channel)
-        if judged.name != name_of_earlier(channel):
+        channel, name = judged.term.channel, judged.term.name
+        if name != name_of_earlier(channel.name):
             return False
-        hidden = WITHIN_A_STEP * float(self.features[judged.name].values[:, 0].std())
-        return size * float(self._varied(judged).std()) < hidden
+        hidden = WITHIN_A_STEP * float(self.features[name].values[:, 0].std())
+        return channel.size * float(self._varied(judged).std()) < hidden
 
-    def _varied(self, judged: TermFit) -> torch.Tensor:
+    def _varied(self, judged: TermFit) -> Tensor:
         """What a term makes of its channel, in steps of that ``# (S, pieces)``."""
-        return self.side.term(judged.channel, judged.name) @ judged.step[judged.preceding :]
+        return self.side.shapes_of(judged.term, judged.terms) @ judged.step[judged.preceding :]
+
+    def best(self) -> tuple[TermFit, Whitening] | None:
+        """The first promising term that is accepted, under variances without it; None without any."""
+        return next(filter(None, map(self.accepted, self.promising())), None)
+
+    def with_term(self, judged: TermFit, whitening: Whitening) -> Terms:
+        """What else there is beside a term that was taken."""
+        return replace(self, problems=replace(self.problems, whitening=whitening), beside=judged.terms)
 
     def leftover(self, judged: TermFit, whitening: Whitening) -> Leftover:
         """What an accepted term says: of a disturbance how large it is, of a parameter what its effect is."""
         segments, confirmed = self.problems.problem.segments, min(1.0, judged.fall(self.problems.folds) / judged.most)
-        name, unit, level, size = self._channel(judged.channel)
+        channel, name = judged.term.channel, judged.term.name
         varied = self._varied(judged)
-        motion = part_of_changes(segments, torch.einsum("srp,sp->sr", self.side.shapes[:, :, judged.channel], varied))
-        values = (level + size * varied).flatten().numpy()
-        if judged.name == CONSTANT:
-            value = float(values[0])
-            return Leftover(CONSTANT, name, confirmed, f"{with_unit(value, unit)} everywhere", value, unit, motion)
+        motion = None
+        if channel.kind != "measured":
+            step = judged.step[judged.preceding :]
+            motion = part_of_changes(segments, self.side.by_terms(judged.terms)[..., -len(step) :] @ step)
+        values = (channel.level + channel.size * varied).flatten().numpy()
+        if name == CONSTANT:
+            value, unit = float(values[0]), channel.unit
+            return Leftover(
+                CONSTANT, channel.name, confirmed, f"{with_unit(value, unit)} everywhere", value, unit, motion
+            )
         # Of a parameter nothing else varies.
-        share = float(values.var() / (values.var() + whitening.disturbances.get(name, 0.0) ** 2))
-        feature = self.features[judged.name]
-        words = split_in_words(feature.columns, feature.values, values, unit)[1]
-        return Leftover(judged.name, name, share * confirmed, words, motion=motion)
-
-    def _channel(self, number: int) -> tuple[str, str, float, float]:
-        """Name and unit of what a term is of, its value without the term, and the size of a step."""
-        spread, problem, count = self.side.spread, self.problems.problem, len(self.side.spread.names)
-        if number < count:
-            return spread.names[number], unit_of(problem, spread.names[number]), 0.0, float(spread.sizes[number])
-        slot = self.fit.free[number - count]
-        known, scale = problem.library.slots[slot], problem.library.scale[slot]
-        return known.effect, known.parameter.unit, float(self.fit.values[slot]), float(scale)
+        other = whitening.disturbances.get(channel.name.removesuffix(TURNED), 0.0)
+        share = float(values.var() / (values.var() + other**2))
+        feature = self.features[name]
+        words = split_in_words(feature.columns, feature.values, values, channel.unit)[1]
+        return Leftover(name, channel.name, share * confirmed, words, motion=motion)
 
 
-def find_dependence(selection: Selection, spread: Spread, own: Calibration | None = None) -> tuple[Leftover, ...]:
-    """The disturbance, or parameter that was found, whose dependence lowers held-out errors most; none within chance.
+def find_dependences(terms: Terms) -> tuple[Leftover, ...]:
+    """What depends on something, or is off by a constant, one after the other; none within chance.
 
-    Args:
-        selection: what was found.
-        spread: shapes of the disturbances.
-        own: the base against the plain simulator.
+    A parameter that was found and depends on something is of another form.
     """
-    terms = Terms.of(selection, spread, own)
-    promising = terms.promising()
-    if not promising:
-        return ()
-    # A constant that does nearly as much is the simpler answer; a parameter's is what was found.
-    constants = dict.fromkeys((term.channel, CONSTANT) for term in promising if term.channel < len(spread.names))
-    judged = [terms.accepted(term) for term in (*terms.judged(terms.problems.whitening, constants), *promising)]
-    accepted = [term for term in judged if term is not None]
-    enough = SETTINGS.nearly * max((gain for gain, _, _ in accepted), default=0.0)
-    return next(((terms.leftover(term, variances),) for gain, term, variances in accepted if gain >= enough), ())
+    leftovers = list[Leftover]()
+    while len(leftovers) < MOST_LEFT and (best := terms.best()):
+        leftovers.append(terms.leftover(*best))
+        terms = terms.with_term(*best)
+    return tuple(leftovers)

@@ -3,14 +3,16 @@
 A term disturbs a channel by a constant and three powers of a feature's rank among the logs' values, ranks so that no
 tail decides; or by what a command was a few rows ago less what it is, as any filter that acts on it would. The latter
 says nothing of whole logs, and is taken less every log's mean: trim that differs from log to log has no part in it.
-A channel is also a parameter that was found: of the right form it is the same everywhere, and no power of a rank is
-worth its place beside it. J. Hausman, "Specification tests in econometrics", Econometrica 46 (1978).
+A channel is a disturbance, level forces in the robot's axes as well, or what a measurement is off by. It is also a
+parameter that was found: of the right form it is the same everywhere, and no power of a rank is worth its place beside
+it. J. Hausman, "Specification tests in econometrics", Econometrica 46 (1978).
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import torch
@@ -22,18 +24,46 @@ from sym2real.diagnosis.estimate.quadratic import Fit, solve
 from sym2real.diagnosis.estimate.significance import chance_of, clustered, inflation
 from sym2real.diagnosis.estimate.whitening import PIECES, Spread, Whitening
 from sym2real.diagnosis.predict.sensitivity import Problem
-from sym2real.diagnosis.unexplained.features import features_of, within
+from sym2real.diagnosis.unexplained.features import MOVES, ahead_of, features_of, means, within
+from sym2real.effects.wrench import AXES
+from sym2real.symbolic.mass_normalised import unit_for
 from sym2real.trajectory import Array
+from sym2real.vocabulary import FORCE
 
 CONSTANT = "constant"
 # Rows by which a command is looked back at.
 EARLIER = (1, 3, 9)
 SMALLEST = 1e-12
+TURNED = " in the robot's axes"  # behind the name of a level force
+# Measurements that may be off by a constant which the free start does not take up, and their unit.
+MEASURED = {"attitude": "rad", "heading": "rad", "rate": "rad/s"}
+
+
+@dataclass(frozen=True)
+class Channel:
+    """What may depend on something.
+
+    Args:
+        name, unit: of a disturbance or a measurement; of a parameter that was found its effect's name.
+        kind: "disturbance", "measured" or "parameter".
+        size: of a step, in the unit.
+        level: its value where no term acts.
+        places: of the shapes that it is made of.
+        axis: of a level force in the robot's axes, forward or to the left; none of others.
+    """
+
+    name: str
+    unit: str
+    kind: str
+    size: float
+    places: tuple[int, ...]
+    level: float = 0.0
+    axis: int | None = None
 
 
 @dataclass(frozen=True, eq=False)
 class Feature:
-    """Something that a disturbance may depend on.
+    """Something that a channel may depend on.
 
     Args:
         name: in words.
@@ -59,17 +89,24 @@ class Feature:
         return torch.as_tensor(whole).reshape(-1, PIECES, whole.shape[1])
 
 
-def features_in(problem: Problem) -> dict[str, Feature]:
-    """Everything that a disturbance may depend on, by name."""
-    names, (_, values, _) = features_of(problem)
-    measured = {name: Feature(name, (name,), values[:, [place]]) for place, name in enumerate(names)}
-    dt, sent = problem.data.dt, _sent(problem, (0, *EARLIER))
-    for column, name in enumerate(problem.data.layouts.action):
-        words = tuple(f"{name} {k * dt:.2g} s earlier less {name}" for k in EARLIER)
-        change = within((sent[1:, :, column] - sent[0, :, column]).T, np.repeat(problem.segments.log, PIECES))
-        measured[name_of_earlier(name)] = Feature(name_of_earlier(name), words, change, within=True)
-    varying = {name: feature for name, feature in measured.items() if np.ptp(feature.values) > SMALLEST}
-    return {CONSTANT: Feature(CONSTANT, (), np.empty((len(values), 0))), **varying}
+def features_in(problem: Problem) -> tuple[dict[str, Feature], ...]:
+    """Everything that a channel may depend on, by name: in every piece, in that behind it and in that before.
+
+    In this order, so that the piece behind has number 1, and the one before -1.
+    """
+    names, moved = features_of(problem)
+    here, *around = [{name: Feature(name, (name,), v[:, [place]]) for place, name in enumerate(names)} for v in moved]
+    logs, dt = np.repeat(problem.segments.log, PIECES), problem.data.dt
+    by_move = zip(*(_sent(problem, rows) for rows in (0, *EARLIER)), strict=True)
+    for features, sent in zip((here, *around), by_move, strict=True):
+        for column, action in enumerate(problem.data.layouts.action):
+            words = tuple(f"{action} {k * dt:.2g} s earlier less {action}" for k in EARLIER)
+            change = np.stack([earlier[:, column] - sent[0][:, column] for earlier in sent[1:]], axis=1)
+            name = name_of_earlier(action)
+            features[name] = Feature(name, words, within(change, logs), within=True)
+    varying = {name: feature for name, feature in here.items() if np.ptp(feature.values) > SMALLEST}
+    constant = Feature(CONSTANT, (), np.empty((len(logs), 0)))
+    return {CONSTANT: constant, **varying}, *around
 
 
 def name_of_earlier(command: str) -> str:
@@ -77,15 +114,62 @@ def name_of_earlier(command: str) -> str:
     return f"earlier {command}"
 
 
-def _sent(problem: Problem, earlier: Sequence[int]) -> Array:
-    """Mean command over every piece, so many rows earlier ``# (len(earlier), S·pieces, m)``."""
+def ranked(name: str) -> bool:
+    """Whether terms of a feature are a constant and powers of its rank."""
+    return name != CONSTANT and not name.startswith(name_of_earlier(""))
+
+
+def _sent(problem: Problem, rows: int) -> tuple[Array, ...]:
+    """Mean command so many rows earlier, over every piece, the one behind and the one before ``# (S·pieces, m)``."""
+    columns = [np.pad(log.action, ((rows, 0), (0, 0)), mode="edge")[: len(log)] for log in problem.data]
+    return tuple(means(problem, columns, move) for move in MOVES)
+
+
+class Dependence(NamedTuple):
+    """A channel that depends on a feature: of every piece itself, or of the one behind (1) or before (-1)."""
+
+    channel: Channel
+    name: str
+    move: int = 0
+
+
+def channels_of(problem: Problem, spread: Spread, fit: Fit) -> list[Channel]:
+    """Disturbances, those in the robot's axes, measurements that may be off, and parameters that were found."""
+    names, library = spread.names, problem.library
+    sizes = dict(zip(names, spread.sizes.tolist(), strict=True))
+    channels = [Channel(n, unit_of(problem, n), "disturbance", sizes[n], (k,)) for k, n in enumerate(names)]
+    level = [channel for channel in channels if channel.name in FORCE.columns[:2]]
+    if len(level) > 1 and ahead_of(problem) is not None:
+        both = tuple(place for channel in level for place in channel.places)
+        channels += [
+            Channel(along.name + TURNED, along.unit, along.kind, along.size, both, axis=axis)
+            for axis, along in enumerate(level)
+        ]
+    count = len(names)
+    for name, unit, _ in _offsets(problem):
+        channels.append(Channel(name, unit, "measured", 1.0, (count,)))
+        count += 1
+    for slot in fit.free:
+        known, scale, value = library.slots[slot], float(library.scale[slot]), float(fit.values[slot])
+        channels.append(Channel(known.effect, known.parameter.unit, "parameter", scale, (count,), value))
+        count += 1
+    return channels
+
+
+def unit_of(problem: Problem, name: str) -> str:
+    """Unit of a disturbance."""
+    equations, layouts = problem.library.equations, problem.library.equations.layouts
+    return unit_for(equations, (layouts.inputs if name in layouts.inputs else layouts.action).units[name])
+
+
+def _offsets(problem: Problem) -> Iterator[tuple[str, str, int]]:
+    """Name, unit and component of every measurement that may be off by a constant."""
     segments = problem.segments
-    edges = segments.edges(PIECES)
-    # Of all rows before each, so that the sum over any piece is a difference.
-    sums = [np.pad(log.action.cumsum(0), ((1, 0), (0, 0))) for log in problem.data]
-    back, count = np.array(earlier)[:, None], np.diff(edges)[:, None]
-    places = zip(segments.log, segments.row, strict=True)
-    return np.concatenate([np.diff(sums[log][row + edges - back], axis=1) / count for log, row in places], axis=1)
+    for place, (component, number) in enumerate(zip(segments.compared, segments.channel, strict=True)):
+        owner, places = segments.layout.fields[number], segments.layout.tangent_places[number]
+        if owner.name in MEASURED:
+            axis = f" {AXES[component - places.start]}" if len(places) > 1 else ""
+            yield f"measured {owner.name}{axis}", MEASURED[owner.name], place
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,16 +179,18 @@ class Side:
     Args:
         columns: residuals at one parameter set, and their derivatives by those that are fitted ``# (S, R, 1 + A)``.
         spread: of the covariance.
-        shapes: derivatives of the residuals by every channel over every piece: disturbances, then parameters that were
-            found ``# (S, R, D, pieces)``.
-        terms: shapes of every term, by the feature's name ``# (S, pieces, K)``.
+        shapes: derivatives of the residuals, over every piece, by disturbances, by what measurements are off by, and by
+            parameters that were found ``# (S, R, D, pieces)``.
+        terms: shapes of every term, by the feature's name, of :func:`features_in` ``# (S, pieces, K)``.
+        ahead: where the robot points, level ``# (S, pieces, 2)``; None where nobody knows.
         logs: name of every segment's log.
     """
 
     columns: Tensor
     spread: Spread
     shapes: Tensor
-    terms: dict[str, Tensor]
+    terms: tuple[dict[str, Tensor], ...]
+    ahead: Tensor | None
     logs: tuple[str, ...]
 
     @classmethod
@@ -120,10 +206,19 @@ class Side:
         """
         (columns,) = problem.linearised(values[None], [fit.whole])
         slopes = columns[..., 1 : 1 + len(fit.free), None] / PIECES  # a step everywhere is one of all pieces
-        shapes = torch.cat([spread.disturbances, slopes.expand(*slopes.shape[:-1], PIECES)], dim=2)
-        here = features_in(problem)
-        terms = {name: here[name].shapes(feature) for name, feature in among.items() if name in here}
-        return cls(columns, spread, shapes, terms, problem.log_names)
+        offsets = columns.new_zeros(*spread.disturbances.shape[:2], len(spread.names), PIECES)[:, :, :0]
+        measured = [place for _, _, place in _offsets(problem)]
+        if measured:
+            shape = torch.eye(len(problem.segments.compared), dtype=torch.float64)[:, measured]
+            rows = shape.repeat(problem.segments.length, 1)[None, ..., None] / PIECES
+            offsets = rows.expand(len(columns), -1, -1, PIECES)
+        slopes = slopes.expand(*slopes.shape[:-1], PIECES)
+        shapes = torch.cat([spread.disturbances, offsets, slopes], dim=2)
+        terms = tuple(
+            {name: feature.shapes(among[name]) for name, feature in moved.items() if name in among}
+            for moved in features_in(problem)
+        )
+        return cls(columns, spread, shapes, terms, ahead_of(problem), problem.log_names)
 
     def products(self, whitening: Whitening) -> Tensor:
         """Products under C⁻¹, per segment, of all that terms are judged by ``# (S, 1 + A + D·pieces, ·)``.
@@ -133,53 +228,87 @@ class Side:
         """
         return whitening.products(torch.cat([self.columns, self.shapes.flatten(-2)], dim=-1))
 
-    def term(self, channel: int, name: str) -> Tensor:
-        """Shapes of a term ``# (S, pieces, K)``; of a parameter without the constant, which is the parameter itself."""
-        return self.terms[name] if channel < len(self.spread.names) else self.terms[name][..., 1:]
+    def has(self, term: Dependence) -> bool:
+        """Whether its feature is known here."""
+        return term.name in self.terms[term.move]
 
-    def joined(self, products: Tensor, channel: int, name: str) -> tuple[Tensor, Tensor]:
-        """Half of the loss's derivatives by the parameters and a term's ``# (S, A + K), (S, A + K, A + K)``.
+    def shapes_of(self, term: Dependence, terms: Sequence[Dependence]) -> Tensor:
+        """What it makes of its channel, by number of its own ``# (S, pieces, K)``.
+
+        Of a parameter, and where a channel's constant is among the terms beside it, without the constant.
+        """
+        known = term.channel.kind == "parameter" or Dependence(term.channel, CONSTANT) in terms
+        shapes = self.terms[term.move][term.name]
+        return shapes[..., 1:] if known and ranked(term.name) else shapes
+
+    def basis(self, terms: Sequence[Dependence]) -> tuple[list[int], Tensor]:
+        """Places of shapes, and what terms make of their pieces ``# (S, places·pieces, ΣK)``."""
+        places = list(dict.fromkeys(place for term in terms for place in term.channel.places))
+        columns = [self.columns.new_zeros(len(self.columns), len(places) * PIECES, 0)]
+        for term in terms:
+            shapes = self.shapes_of(term, terms)
+            made = shapes.new_zeros(len(shapes), len(places), *shapes.shape[1:])
+            for place, weight in zip(term.channel.places, self._weights(term.channel), strict=True):
+                made[:, places.index(place)] = shapes * weight
+            columns.append(made.flatten(1, 2))
+        return places, torch.cat(columns, dim=-1)
+
+    def _weights(self, channel: Channel) -> tuple[Tensor | float, ...]:
+        """Of what a channel is made of ``# (S, pieces, 1)``."""
+        if channel.axis is None or self.ahead is None:
+            return (1.0,)
+        x, y = self.ahead[..., :1], self.ahead[..., 1:]
+        return (x, y) if channel.axis == 0 else (-y, x)
+
+    def joined(self, products: Tensor, terms: Sequence[Dependence]) -> tuple[Tensor, Tensor]:
+        """Half of the loss's derivatives by the parameters and terms ``# (S, A + ΣK), (S, A + ΣK, A + ΣK)``.
 
         Args:
             products: of :meth:`products`.
-            channel: its number.
-            name: of the feature.
+            terms: in their order.
         """
-        term, fitted = self.term(channel, name), slice(0, self.columns.shape[-1])
-        first = fitted.stop + channel * PIECES
-        pieces = slice(first, first + PIECES)
-        across = products[:, fitted, pieces] @ term  # (S, 1 + A, K)
-        inside = term.mT @ products[:, pieces, pieces] @ term
-        upper = torch.cat([products[:, fitted, fitted], across], dim=2)
+        fitted, (places, basis) = self.columns.shape[-1], self.basis(terms)
+        pieces = [fitted + place * PIECES + piece for place in places for piece in range(PIECES)]
+        across = products[:, :fitted, pieces] @ basis  # (S, 1 + A, ΣK)
+        inside = basis.mT @ products[:, pieces][:, :, pieces] @ basis
+        upper = torch.cat([products[:, :fitted, :fitted], across], dim=2)
         whole = torch.cat([upper, torch.cat([across.mT, inside], dim=2)], dim=1)
         return whole[:, 1:, 0], whole[:, 1:, 1:]
 
-    def after(self, channel: int, name: str, step: Tensor) -> Tensor:
-        """Residuals after a step of the parameters and a term ``# (S, R)``."""
-        shapes = self.shapes[:, :, channel] @ self.term(channel, name)  # (S, R, K)
-        return self.columns[..., 0] + torch.cat([self.columns[..., 1:], shapes], dim=-1) @ step
+    def by_terms(self, terms: Sequence[Dependence]) -> Tensor:
+        """Derivatives of the residuals by the numbers of terms ``# (S, R, ΣK)``."""
+        places, basis = self.basis(terms)
+        return self.shapes[:, :, places].flatten(-2) @ basis
+
+    def after(self, terms: Sequence[Dependence], step: Tensor) -> Tensor:
+        """Residuals after a step of the parameters and terms ``# (S, R)``."""
+        return self.columns[..., 0] + torch.cat([self.columns[..., 1:], self.by_terms(terms)], dim=-1) @ step
 
 
 @dataclass(frozen=True, eq=False)
 class TermFit:
-    """A term beside what was found, under one whitening.
+    """A term beside what was found and other terms, under one whitening.
 
     Args:
-        channel, name: number of what varies, and the feature it depends on.
+        terms: the others, and this one.
         preceding: number of parameters before the term's.
-        gradient, curvature: half the loss's derivatives by parameters and term, without what is the base's own
-            ``# (S, A + K), (S, A + K, A + K)``.
+        gradient, curvature: half the loss's derivatives by parameters and terms, without what is the base's own
+            ``# (S, A + ΣK), (S, A + ΣK, A + ΣK)``.
     """
 
-    channel: int
-    name: str
+    terms: tuple[Dependence, ...]
     preceding: int
     gradient: Tensor
     curvature: Tensor
 
     @property
+    def term(self) -> Dependence:
+        """Itself."""
+        return self.terms[-1]
+
+    @property
     def step(self) -> Tensor:
-        """To the best parameters and term ``# (A + K,)``."""
+        """To the best parameters and terms ``# (A + ΣK,)``."""
         return solve(self.curvature.sum(0), -self.gradient.sum(0))
 
     @property

@@ -14,10 +14,10 @@ from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.whitening import Whitened
 from sym2real.diagnosis.score.finding import Scored, applied
 from sym2real.diagnosis.settings import SETTINGS
-from sym2real.diagnosis.unexplained.constant import find_constants, find_differing
-from sym2real.diagnosis.unexplained.dependence import find_dependence
+from sym2real.diagnosis.unexplained.constant import find_differing
+from sym2real.diagnosis.unexplained.dependence import Terms, find_dependences
 from sym2real.diagnosis.unexplained.features import part_of_changes
-from sym2real.diagnosis.unexplained.leftover import MISFIT, Leftover, Rest, find_leftovers, find_misfit
+from sym2real.diagnosis.unexplained.leftover import MISFIT, Leftover, find_misfit
 from sym2real.diagnosis.unexplained.part_of_logs import find_part
 from sym2real.diagnosis.unexplained.term import Term, propose
 
@@ -30,34 +30,29 @@ def explain_rest(scored: Scored) -> tuple[tuple[Leftover, ...], Term | None]:
     result, prepared = scored.result, scored.result.prepared
     selection, problems = result.selection, prepared.problems
     here = Whitened(problems.problem, prepared.spread, problems.whitening, selection.fit.values)
-    rest = Rest.of(here)
     # Commands that no row holds move the robot, and what they did goes with what it then did.
     commands_lost = prepared.checked.commands_lost or any(finding.doubtful for finding in scored.findings)
-    leftovers = () if commands_lost else _leftovers(scored, here, rest)
+    leftovers = () if commands_lost else _leftovers(scored, here)
     if not (commands_lost or (scored.findings and scored.gate.beats_hold) or any(left.matters for left in leftovers)):
         leftovers = (*worse_than_nothing(scored), *leftovers)
     if not any(leftover.matters for leftover in leftovers):
         return leftovers, None
     informed = applied(prepared.model, scored.findings)
-    return leftovers, propose(informed, prepared.checked.data, rest, leftovers[0], problems.whitening)
+    return leftovers, propose(informed, prepared.checked.data, leftovers[0], problems.whitening)
 
 
-def _leftovers(scored: Scored, here: Whitened, rest: Rest) -> tuple[Leftover, ...]:
+def _leftovers(scored: Scored, here: Whitened) -> tuple[Leftover, ...]:
     """What no effect explains, the strongest of what matters first."""
     selection, prepared = scored.result.selection, scored.result.prepared
     own, problems = prepared.calibration, selection.problems
     astray = beyond_floor(scored.stages, scored.floor)
-    leftovers = find_leftovers(rest, own)
-    # What a disturbance depends on is said of how it changes within logs: what it is in them may be more.
-    changing = {leftover.channel: leftover.motion or 0.0 for leftover in leftovers}
-    constants = find_differing(selection, here, own) if astray and scored.stages and scored.floor else ()
-    testable = problems.block_count >= SETTINGS.fewest_pieces
-    constants += find_constants(selection, here, own) if testable else ()
-    leftovers += tuple(entry for entry in constants if (entry.motion or 0.0) >= changing.get(entry.channel, 0.0))
-    if testable:
+    leftovers = tuple[Leftover, ...]()
+    if problems.block_count >= SETTINGS.fewest_pieces:
+        terms = Terms.of(selection, prepared.spread, own)
+        leftovers = find_dependences(terms)
+        if astray and scored.stages and scored.floor:
+            leftovers += find_differing(terms, own)
         leftovers += find_part(selection)
-    if testable and not leftovers:
-        leftovers = find_dependence(selection, prepared.spread, own)
     misfit = problems.whitening.misfit(here.residuals)
     mostly_odd = misfit > SETTINGS.far and len(odd_pieces(problems)) > SETTINGS.mostly * len(problems.whitening.trust)
     if not any(leftover.matters for leftover in leftovers) and (astray or mostly_odd):

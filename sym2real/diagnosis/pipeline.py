@@ -13,7 +13,7 @@ from sym2real.diagnosis.design.separation import untested_notes, with_advice
 from sym2real.diagnosis.errors.regions import locate
 from sym2real.diagnosis.estimate.preparation import Prepared, calibrate_base, estimate_covariance, refine_base
 from sym2real.diagnosis.naming import doubts, instead, renamed
-from sym2real.diagnosis.question import Question, check_data
+from sym2real.diagnosis.question import Examined, Question, check_data
 from sym2real.diagnosis.score.finding import Scored, score
 from sym2real.diagnosis.score.prediction_refit import refit_for_prediction
 from sym2real.diagnosis.search.beam import SearchResult, search
@@ -24,6 +24,9 @@ from sym2real.stages import OnProgress, Stages
 from sym2real.symbolic import Equations
 from sym2real.threads import one_thread
 
+# Times that the factor of a command in no known unit is taken from what a search found, and where it is the same.
+RESCALED, EXACT = 2, 1e-3
+
 
 def prepare(question: Question, stages: Stages) -> Prepared:
     """A model against checked data, ready for hypotheses.
@@ -31,15 +34,24 @@ def prepare(question: Question, stages: Stages) -> Prepared:
     Raises:
         ShapeError: when no log is long enough to judge.
     """
-    examined = stages.run("checking the data", check_data, question)
+    return _prepared(stages.run("checking the data", check_data, question), stages)
+
+
+def _prepared(examined: Examined, stages: Stages) -> Prepared:
     base = stages.run("calibrating the base", refine_base, examined)
     whitened = stages.run("estimating the covariance of errors", estimate_covariance, base)
     return stages.run("calibrating effects", calibrate_base, whitened)
 
 
 def _searched(stages: Stages, question: Question) -> tuple[SearchResult, Scored | None]:
-    """What a search makes of a question; nothing is scored where that was interrupted."""
+    """What a search makes of a question, again where it knows a command's unit better; unscored if interrupted."""
     result = search(prepare(question, stages), stages)
+    for _ in range(RESCALED):
+        examined = result.prepared.examined
+        gains = result.gains(examined.scaled) if examined.scaled and result.finished else {}
+        if all(abs(gain - 1.0) < EXACT for gain in gains.values()):
+            break
+        result = search(_prepared(examined.rescaled(gains), stages), stages)
     return result, stages.try_to("scoring on held-out data", score, result)
 
 

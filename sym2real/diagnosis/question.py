@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import isfinite
 
@@ -65,6 +65,16 @@ class Examined:
     question: Question
     checked: Checked
     scored: Dataset
+
+    @property
+    def scaled(self) -> tuple[str, ...]:
+        """Commands in no unit that is known, whose factor the first look at the data told."""
+        return tuple(name for fault in self.checked.faults for name in fault.columns)
+
+    def rescaled(self, gains: Mapping[str, float]) -> Examined:
+        """With the factors of such commands as a search knows them, by the gains that it found beside them."""
+        aside = replace(self.checked, data=self.scored).rescaled(gains).data
+        return replace(self, checked=self.checked.rescaled(gains), scored=aside)
 
 
 def check_data(question: Question) -> Examined:

@@ -23,6 +23,7 @@ class Fault:
         fix: what to change in the log, the driver or the sensor.
         value: of the effect's parameter; None where there is no effect.
         sensor: whether a sensor is so, which a model of the robot has too; false for how a log is written, or when.
+        columns: commands in no unit that is known; ``value`` is then what is logged over what is meant.
     """
 
     effect: str
@@ -30,6 +31,7 @@ class Fault:
     fix: str = ""
     value: float | None = None
     sensor: bool = False
+    columns: tuple[str, ...] = ()
 
     @property
     def name(self) -> str:

@@ -108,13 +108,14 @@ def other_angles(data: Dataset) -> list[Breach]:
     columns = present(data, RATES), present(data, (*QUATERNION, *SINE_COSINE))
     if present(data, LEVEL) != LEVEL or columns not in ((RATES, QUATERNION), (RATES[-1:], SINE_COSINE)):
         return []
-    breaches = _misread(data, columns[1])
-    if breaches or points_along([*data]) > SETTINGS.mostly:
+    breaches, now = _misread(data, columns[1]), points_along([*data])
+    if breaches or now > SETTINGS.mostly:
         return breaches
     rates = Breach(Scaled(columns[0], DEGREES, "deg/s"), "they turn the attitude as it is meant")
     in_radians = rates.undone(data)
     breaches = _misread(in_radians, columns[1])
-    return [rates, *breaches] if breaches and points_along([*breaches[0].undone(in_radians)]) > SETTINGS.mostly else []
+    sure = breaches and decides(points_along([*breaches[0].undone(in_radians)]), now)  # a ship may go sideways
+    return [rates, *breaches] if sure else []
 
 
 def _misread(data: Dataset, columns: tuple[str, ...]) -> list[Breach]:

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 
+import numpy as np
 import torch
 from torch import Tensor
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.faults.fault import Breach, Fault, Settled
-from sym2real.diagnosis.faults.foreign_units import BY_SENSORS, foreign_commands
+from sym2real.diagnosis.faults.foreign_units import BY_SENSORS, THAN, foreign_commands, scale_text
 from sym2real.diagnosis.faults.misread_attitudes import against_the_path, other_angles, scalar_last
 from sym2real.diagnosis.faults.mistakes.judge import mistakes
 from sym2real.diagnosis.faults.mistakes.late_pose import behind_their_rates
@@ -53,6 +54,18 @@ class Checked:
     faults: tuple[Fault, ...]
     notes: tuple[str, ...]
     commands_lost: bool = False
+
+    def rescaled(self, gains: Mapping[str, float]) -> Checked:
+        """With factors of commands in no unit as a search knows them, by the gains that it found beside them."""
+        faults, data, read = list(self.faults), self.data, AsRead(self.data[0].sources)
+        for place, fault in enumerate(self.faults):
+            beside = [gains[name] for name in fault.columns if name in gains]
+            if beside and fault.value is not None:
+                by = float(np.exp(np.mean(np.log(beside))))
+                exact, data = Scaled(fault.columns, fault.value / by), of_all(Scaled(fault.columns, 1.0 / by), data)
+                words = f"{exact.name}: {scale_text(exact.factor, THAN)}"
+                faults[place] = replace(fault, evidence=words, fix=exact.fix(read), value=exact.factor)
+        return replace(self, data=data, faults=tuple(faults))
 
 
 def check(model: Equations | None, data: Dataset) -> Checked:
@@ -140,6 +153,8 @@ def _fault(breach: Breach | BadRows, data: Dataset, read: AsRead) -> Fault:
     scaled = breach.transformation if isinstance(breach, Breach) else None
     if isinstance(scaled, Scaled) and len(scaled.columns) == 1 and scaled.columns[0] in data.layouts.state:
         return Fault(f"{SENSOR_SCALE.name}:{scaled.columns[0]}", breach.evidence, breach.fix(read), scaled.factor)
+    if isinstance(scaled, Scaled) and not scaled.unit and {*scaled.columns} <= {*data.layouts.action}:
+        return Fault("", breach.evidence, breach.fix(read), scaled.factor, columns=scaled.columns)
     return Fault("", breach.evidence, breach.fix(read))
 
 

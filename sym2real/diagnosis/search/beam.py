@@ -17,21 +17,23 @@ saves something by luck, so what a pair saves must be beyond its standard error.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import chain, groupby, islice
 from math import inf
 
 from sym2real.diagnosis.estimate.preparation import Prepared, uncalibrated
+from sym2real.diagnosis.estimate.quadratic import Hypothesis
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.search.effect_set import EffectSet
 from sym2real.diagnosis.search.narrow import join_narrow
 from sym2real.diagnosis.search.needed import Needed, Predicted
 from sym2real.diagnosis.search.pairs import hidden_pairs
-from sym2real.diagnosis.search.select import BETTER, Selection
+from sym2real.diagnosis.search.select import BETTER, Selection, parameter_set
 from sym2real.diagnosis.search.settled import settle
 from sym2real.diagnosis.settings import SETTINGS
+from sym2real.effects.commands import GAIN
 from sym2real.stages import OnProgress, Stages
 
 # Cheapest sets of a size of which it is asked what one effect more promises, and those that are looked around in.
@@ -67,6 +69,17 @@ class SearchResult:
         }
         lines = (f"{why}: {', '.join(names)}" for why, names in not_taken.items() if names)
         return (*self.prepared.notes, *lines)
+
+    def gains(self, commands: Collection[str]) -> dict[str, float]:
+        """Of these commands, whether or not they are beyond chance; nothing of one whose gain does not compete."""
+        selection, problems = self.selection, self.selection.problems
+        keys = {f"{GAIN.name}:{command}": command for command in commands}
+        own = {candidate: problems.library.key(candidate.name) for candidate in selection.candidates}
+        more = [candidate for candidate, key in own.items() if key in keys and candidate not in selection.chosen]
+        chosen = [*selection.chosen, *more]
+        (fit,) = problems.fit([Hypothesis(selection.free(chosen), selection.fit.values)])
+        values = parameter_set(selection, chosen, fit.values)
+        return {keys[own[c]]: float(values[c.slots[0]]) for c in chosen if own.get(c) in keys}
 
     def suspects(self) -> dict[str, float]:
         """Effects of which each explains nearly all that is left beside what was found, and that part; the best first.

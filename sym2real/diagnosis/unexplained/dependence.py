@@ -21,6 +21,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from itertools import islice
 
 from torch import Tensor
 
@@ -49,8 +50,8 @@ from sym2real.diagnosis.unexplained.leftover import Leftover, split_in_words
 from sym2real.effects.kind import with_unit
 from sym2real.logs.conditions import WHERE
 
-# Part of the loss that a term must save before variances are estimated without it, and how many get that far.
-PROMISING, MOST_TERMS = 0.003, 3
+# Terms for which variances are estimated without them.
+MOST_TERMS = 3
 # Times that the variances are estimated without a term, each time fitted under the last ones.
 ROUNDS = 2
 # Disturbances that are told beside each other.
@@ -126,7 +127,7 @@ class Terms:
         return gradient, curvature
 
     def promising(self) -> list[TermFit]:
-        """Terms that save much even under variances that explain what they would, the best first, or a simpler one.
+        """Terms beyond chance even under variances that explain what they would, the best first, or a simpler one.
 
         A constant is simpler, where it is most of what depends on something; so is what is nearly as good and depends
         neither on where the robot is nor on where it points.
@@ -142,8 +143,8 @@ class Terms:
             alike = fall >= SETTINGS.nearly * most and not name.startswith(WHERE) and channel.axis is None
             return not (constant and fall >= SETTINGS.mostly * most), not alike
 
-        least = PROMISING * self.loss(whitening)
-        return [judged for fall, judged in sorted(falls, key=order)[:MOST_TERMS] if fall > least]
+        beyond = (judged for fall, judged in sorted(falls, key=order) if fall > 0.0 and self._beyond_chance(judged))
+        return list(islice(beyond, MOST_TERMS))
 
     def alone(self, judged: TermFit) -> tuple[TermFit, Whitening]:
         """A term under variances that are estimated without it."""
@@ -163,24 +164,26 @@ class Terms:
         return whole - float(gradient @ solve(curvature, gradient))
 
     def accepted(self, judged: TermFit) -> tuple[TermFit, Whitening] | None:
-        """A term that lowers held-out errors by enough and is beyond chance, by blocks of 1.5 s and by whole logs.
+        """A term that is beyond chance, by blocks of 1.5 s and by whole logs.
 
         Returns:
             the term under the variances without it, and these.
         """
-        (judged, whitening), problems = self.alone(judged), self.problems
-        name, gain = judged.term.name, judged.fall(problems.folds) / self.loss(whitening)
-        needed = SETTINGS.gain_beside if self.features[name].within else SETTINGS.term_gain
+        (judged, whitening), problems, name = self.alone(judged), self.problems, judged.term.name
         if (
-            gain <= needed
+            judged.fall(problems.folds) <= 0.0
             or self._hidden_in_a_step(judged)
             or (name == CONSTANT and judged.inflation > SETTINGS.far**2)  # as of an offset beside another
-            or judged.chance(problems.blocks) >= SETTINGS.false_alarms_of_each(len(self.features) * len(self.channels))
+            or not self._beyond_chance(judged)
             or (name != CONSTANT and self._answered(judged, whitening))
         ):
             return None
         by_trim = problems.log_count >= SETTINGS.fewest_logs and judged.chance(problems.logs) > SETTINGS.level
         return None if by_trim else (judged, whitening)
+
+    def _beyond_chance(self, judged: TermFit) -> bool:
+        each = SETTINGS.false_alarms_of_each(len(self.features) * len(self.channels))
+        return judged.chance(self.problems.blocks) < each
 
     def _answered(self, judged: TermFit, whitening: Whitening) -> bool:
         """Whether what is measured behind a disturbance explains more of it, and what is before little."""
@@ -210,8 +213,10 @@ class Terms:
 
     def leftover(self, judged: TermFit, whitening: Whitening) -> Leftover:
         """What an accepted term says: of a disturbance how large it is, of a parameter what its effect is."""
-        segments, confirmed = self.problems.problem.segments, min(1.0, judged.fall(self.problems.folds) / judged.most)
-        channel, name = judged.term.channel, judged.term.name
+        segments, fall = self.problems.problem.segments, judged.fall(self.problems.folds)
+        (channel, name, _), confirmed = judged.term, min(1.0, fall / judged.most)
+        enough = SETTINGS.gain_beside if self.features[name].within else SETTINGS.term_gain
+        faint = fall <= enough * self.loss(whitening)
         varied = self._varied(judged)
         motion = None
         if channel.kind != "measured":
@@ -228,7 +233,7 @@ class Terms:
         share = float(values.var() / (values.var() + other**2))
         feature = self.features[name]
         words = split_in_words(feature.columns, feature.values, values, channel.unit)[1]
-        return Leftover(name, channel.name, share * confirmed, words, motion=motion)
+        return Leftover(name, channel.name, share * confirmed, words, motion=motion, faint=faint)
 
 
 def find_dependences(terms: Terms) -> tuple[Leftover, ...]:
@@ -237,7 +242,7 @@ def find_dependences(terms: Terms) -> tuple[Leftover, ...]:
     A parameter that was found and depends on something is of another form.
     """
     leftovers = list[Leftover]()
-    while len(leftovers) < MOST_LEFT and (best := terms.best()):
+    while len(leftovers) < MOST_LEFT and not (leftovers and leftovers[-1].faint) and (best := terms.best()):
         leftovers.append(terms.leftover(*best))
         terms = terms.with_term(*best)
     return tuple(leftovers)

@@ -32,6 +32,7 @@ class Leftover:
         motion: part of the robot's motion that it makes (``features.py``); None of a measurement that is off.
         instead: key of an effect that explains more than the channel's, which was found, in the part of the logs that
             ``explained_by`` names (``part_of_logs.py``); ``r2`` is then how much more.
+        faint: beyond chance, and too small a part of the whole loss to be a reason for an answer.
     """
 
     explained_by: str
@@ -42,6 +43,7 @@ class Leftover:
     unit: str = ""
     motion: float | None = None
     instead: str = ""
+    faint: bool = False
 
     @property
     def unseen(self) -> bool:
@@ -51,7 +53,7 @@ class Leftover:
     @property
     def matters(self) -> bool:
         """Whether predictions need it."""
-        return self.motion is None or self.motion >= SETTINGS.negligible
+        return not self.faint and (self.motion is None or self.motion >= SETTINGS.negligible)
 
 
 def find_misfit(squares: float, motion: float | None = None) -> tuple[Leftover, ...]:

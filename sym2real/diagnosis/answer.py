@@ -155,7 +155,7 @@ class Diagnosis:
 def conclude(scored: Scored, leftovers: tuple[Leftover, ...], proposal: Term | None) -> Diagnosis:
     """The answer that findings and held-out errors, and what is left beside them, make."""
     findings, result, prepared = scored.findings, scored.result, scored.result.prepared
-    suspects = {} if findings or not any(leftover.matters for leftover in leftovers) else result.suspects()
+    suspects = {} if findings else result.suspects()
     parts = Parts(prepared.checked.faults, findings, leftovers, scored.gate, scored.stages, scored.floor, suspects)
     of_search = _of_search(result)
     answer = verdict(parts, prepared.problems, finished=result.finished, misfit=of_search["misfit"])

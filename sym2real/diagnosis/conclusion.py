@@ -74,7 +74,7 @@ def verdict(
         return "CANNOT_TELL"
     if established:
         return "EFFECT"
-    if unexplained:
+    if unexplained or parts.suspects:
         return "CANNOT_TELL" if parts.suspects else "UNEXPLAINED"
     if parts.faults:
         return "EFFECT"

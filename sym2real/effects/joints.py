@@ -9,6 +9,9 @@ cable or a hose, a flexure, a counterbalance.
 
 ``armature``. Inertia that turns or slides with a joint's motor: M_jj → M_jj + a.
 
+``servo_gain``. The servo of a joint is stiffer or softer than its description says: k_p → s k_p of one that holds a
+position, k_v → s k_v of one that holds a velocity.
+
 ``gravity_tilt``. The base stands askew: gravity is turned by small angles about the world's x and y axes.
 
 ``link_mass``. The link behind a joint weighs another multiple of what its description says, its inertia with it.
@@ -222,6 +225,32 @@ LINK_MASS = _of_joint(
         equations, [quantity_of("link_mass", body.column)], values["value"]
     ),
     needs=(quantity_of("link_mass", "{column}"),),
+)
+
+
+def _stiffer(spec: Any, body: Body, values: Numbers) -> None:
+    """What a servo's force is of its command, and of what it holds against that."""
+    for servo in (actuator for actuator in spec.actuators if actuator.target == body.column):
+        gain, bias = servo.gainprm[0], servo.biasprm
+        held = [place for place in (1, 2) if bias[place] and np.isclose(bias[place], -gain)]
+        for place in held[:1]:  # a position, else a rate
+            servo.gainprm[0], bias[place] = gain * values["value"], bias[place] * values["value"]
+
+
+SERVO_GAIN = _of_joint(
+    name="servo_gain",
+    stage="mass",
+    parameters=of_any_body(Parameter("value", "1", null=1.0, low=0.1, high=10.0, scale=0.1, domain=POSITIVE)),
+    formula=r"k_p \to s\,k_p",
+    summary="The servo of a joint is stiffer or softer than its description says.",
+    confused_with="an armature or a load in fast motion alone; a spring beside a gain of the command",
+    shown_by="steps of the command, and postures that gravity loads",
+    fix="set the servo's gain in the description (kp of a position actuator, kv of a velocity one)",
+    inject=truth.editing(_stiffer),
+    substitute=lambda equations, values, body: multiplied(
+        equations, [quantity_of("servo_gain", body.column)], values["value"]
+    ),
+    needs=(quantity_of("servo_gain", "{column}"),),
 )
 
 

@@ -23,7 +23,10 @@ FILES = {
         *("rolling_resistance", "turning_friction", "wheel_radius", "track_width", "carried_mass"),
         *("slope", "wheelbase", "yaw_drag"),
     ),
-    "joints": ("joint_damping", "joint_friction", "joint_stiffness", "armature", "link_mass", "gravity_tilt", "load"),
+    "joints": (
+        *("joint_damping", "joint_friction", "joint_stiffness", "armature", "link_mass"),
+        *("servo_gain", "gravity_tilt", "load"),
+    ),
     "forces": ("wind", "linear_drag", "quadratic_drag", "periodic_force"),
     "mountings": ("mounting_tilt", "mounting_yaw", "yaw_bias", "lever_arm"),
     "readings": ("sensor_sign", "sensor_bias", "sensor_scale", "sensor_lag", "time_shift"),

@@ -26,5 +26,6 @@ def measure(left: Leftover) -> str:
     much = f"R² {left.r2:.2f}" if left.unseen else f"{100 * left.r2:.0f} % of the squares"
     if left.unseen and left.channel.partition(":")[0] in EFFECTS:
         much = f"confirmed to {100 * left.r2:.0f} %"  # what is left of an effect varies with nothing else
-    small = f", and {100 * (left.motion or 0.0):.1g} % of the motion: too small to matter"
+    part = "a small part of the errors" if left.faint else f"{100 * (left.motion or 0.0):.1g} % of the motion"
+    small = f", and {part}: too small to matter"
     return much if left.matters else much + small

@@ -8,7 +8,7 @@ import numpy as np
 from sympy import Expr, Integer, Max, Min
 
 from sym2real.robots.joint_tree import Link, as_expression
-from sym2real.robots.mjcf_columns import driven_joint
+from sym2real.robots.mjcf_columns import command_kind, driven_joint
 from sym2real.robots.spatial import Values
 from sym2real.symbolic import symbol
 from sym2real.symbolic.dry_friction import dry_friction
@@ -67,6 +67,10 @@ class Forces:
         model = self.model
         gear, gain = as_expression(model.actuator_gear[index, 0]), as_expression(model.actuator_gainprm[index, 0])
         constant, by_place, by_rate = (as_expression(bias) for bias in model.actuator_biasprm[index, :3])
+        if (kind := command_kind(model, index)) != "force":
+            times = symbol(quantity_of("servo_gain", driven_joint(model, index)))
+            gain, by_place = times * gain, times * by_place
+            by_rate = times * by_rate if kind == "velocity" else by_rate
         given = gain * control + constant + by_place * gear * place + by_rate * gear * rate
         if model.actuator_forcelimited[index]:
             given = _within(given, model.actuator_forcerange[index])

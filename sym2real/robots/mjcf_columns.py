@@ -124,7 +124,14 @@ def quantities_of(model: mujoco.MjModel) -> tuple[str, ...]:
     joints = [name for name, kind in zip(names_of(model, "joint"), model.jnt_type, strict=True) if kind != FREE]
     loads = [quantity_of("load", model.site(site).name) for site in loaded_sites(model)]
     kinds: tuple[MechanicalQuantity, ...] = ("armature", "damping", "friction", "link_mass")
-    return (*GRAVITY_COMPONENTS, *(quantity_of(kind, name) for kind in kinds for name in joints), *loads)
+    servos = (quantity_of("servo_gain", joint) for joint in servos_of(model))
+    return (*GRAVITY_COMPONENTS, *(quantity_of(kind, name) for kind in kinds for name in joints), *servos, *loads)
+
+
+def servos_of(model: mujoco.MjModel) -> tuple[str, ...]:
+    """Joints that an actuator holds against a position or a velocity."""
+    held = (driven_joint(model, index) for index in range(model.nu) if command_kind(model, index) != "force")
+    return tuple(dict.fromkeys(filter(None, held)))
 
 
 def loaded_sites(model: mujoco.MjModel) -> list[int]:

@@ -84,6 +84,8 @@ class SearchResult:
     def suspects(self) -> dict[str, float]:
         """Effects of which each explains nearly all that is left beside what was found, and that part; the best first.
 
+        They save as much of what they have not seen as an effect must of few logs.
+
         They were not taken because too few independent pieces of the logs tell of them.
         """
         selection, suspects = self.selection, dict[str, float]()
@@ -91,7 +93,8 @@ class SearchResult:
         for larger in selection.larger(selection.present) if excess > 0 else ():
             explained = min(1.0, (selection.fit.total - larger.fit.total) / excess)
             inside = not selection.at_bound(larger.fit, larger.candidate)
-            if inside and explained >= SETTINGS.nearly and not selection.significant(larger.fit, larger.candidate):
+            saves = explained >= SETTINGS.nearly and larger.loss < (1 - SETTINGS.gain_few) * selection.present.loss
+            if inside and saves and not selection.significant(larger.fit, larger.candidate):
                 suspects.setdefault(selection.problems.problem.library.key(larger.candidate.name), explained)
         return suspects
 

@@ -241,8 +241,12 @@ def find_dependences(terms: Terms) -> tuple[Leftover, ...]:
 
     A parameter that was found and depends on something is of another form.
     """
-    leftovers = list[Leftover]()
-    while len(leftovers) < MOST_LEFT and not (leftovers and leftovers[-1].faint) and (best := terms.best()):
-        leftovers.append(terms.leftover(*best))
-        terms = terms.with_term(*best)
-    return tuple(leftovers)
+    leftovers = dict[tuple[str, str], Leftover]()  # several parameters of an effect may vary with the same
+    for _ in range(MOST_LEFT):
+        if (best := terms.best()) is None:
+            break
+        leftover, terms = terms.leftover(*best), terms.with_term(*best)
+        leftovers.setdefault((leftover.channel, leftover.explained_by), leftover)
+        if leftover.faint:
+            break
+    return tuple(leftovers.values())

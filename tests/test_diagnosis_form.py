@@ -14,7 +14,7 @@ from sym2real.diagnosis.predict.candidate import candidates
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.search.select import Selection
-from sym2real.diagnosis.unexplained.dependence import find_dependence
+from sym2real.diagnosis.unexplained.dependence import Terms, find_dependences
 from sym2real.diagnosis.unexplained.leftover import Leftover
 from sym2real.effects import effect
 from sym2real.report.leftover import statement
@@ -44,7 +44,8 @@ def said_of(found: str, key: str, value: float) -> Leftover | None:
         starts = [fit.values]
     selection = Selection(Problems.of(problem, whitening, nuisance), [chosen], library.null)
     selection.put([chosen], selection.problems.fit([Hypothesis(chosen.free, fit.values)], 8)[0])
-    return next(iter(find_dependence(selection, spread)), None)
+    left = find_dependences(Terms.of(selection, spread, None))
+    return next((leftover for leftover in left if leftover.matters), None)
 
 
 @pytest.mark.slow

@@ -6,6 +6,7 @@ import time
 from collections.abc import Collection
 from dataclasses import replace
 from functools import partial
+from math import isclose
 
 from sym2real.dataset import Dataset, Logs
 from sym2real.diagnosis.answer import Diagnosis, conclude, unscored
@@ -24,8 +25,7 @@ from sym2real.stages import OnProgress, Stages
 from sym2real.symbolic import Equations
 from sym2real.threads import one_thread
 
-# Times that the factor of a command in no known unit is taken from what a search found, and where it is the same.
-RESCALED, EXACT = 2, 1e-3
+RESCALED = 2  # times that the factor of a command in no known unit is taken from what a search found
 
 
 def prepare(question: Question, stages: Stages) -> Prepared:
@@ -49,7 +49,7 @@ def _searched(stages: Stages, question: Question) -> tuple[SearchResult, Scored 
     for _ in range(RESCALED):
         examined = result.prepared.examined
         gains = result.gains(examined.scaled) if examined.scaled and result.finished else {}
-        if all(abs(gain - 1.0) < EXACT for gain in gains.values()):
+        if all(isclose(gain, 1.0, rel_tol=1e-3) for gain in gains.values()):
             break
         result = search(_prepared(examined.rescaled(gains), stages), stages)
     return result, stages.try_to("scoring on held-out data", score, result)

@@ -72,8 +72,6 @@ class Settings:
     bridged_rows: int = _of(3, "sensor", "bad rows that are bridged, as the reader of logs does; more part a log")
 
     misfit: float = _of(1.2, "tuned", "reduced χ² that leaves something out: null sets, 1.07")
-    suspect: float = _of(0.03, "tuned", "R² on unseen pieces from which a disturbance is looked at: null sets")
-    disturbance_pieces: int = _of(60, "theory", "pieces that a dependence is looked for in")
     term_gain: float = _of(0.015, "tuned", "fall of the loss by a term of whole logs: null sets 0.008, grip 0.012")
     statement_r2: float = _of(0.15, "tuned", "R² on unseen logs of a statement where errors are large: simulated logs")
     statement_alike: float = _of(0.05, "tuned", "R² by which a plainer feature may be worse: simulated logs")

@@ -103,7 +103,7 @@ class Terms:
         What measurements are off by is constant, and parameters that were found depend on ranks of features alone.
         """
         may = {"disturbance": list(self.side.terms[0]), "measured": [CONSTANT]}
-        may["parameter"] = [name for name in self.side.terms[0] if ranked(name)]
+        may["fitted"] = [name for name in self.side.terms[0] if ranked(name)]
         pairs = (Dependence(along, name) for along in self.channels for name in may[along.kind])
         return [pair for pair in pairs if pair not in self.beside]
 

@@ -45,7 +45,7 @@ class Channel:
 
     Args:
         name, unit: of a disturbance or a measurement; of a parameter that was found its effect's name.
-        kind: "disturbance", "measured" or "parameter".
+        kind: "disturbance", "measured" or "fitted".
         size: of a step, in the unit.
         level: its value where no term acts.
         places: of the shapes that it is made of.
@@ -151,7 +151,7 @@ def channels_of(problem: Problem, spread: Spread, fit: Fit) -> list[Channel]:
         count += 1
     for slot in fit.free:
         known, scale, value = library.slots[slot], float(library.scale[slot]), float(fit.values[slot])
-        channels.append(Channel(known.effect, known.parameter.unit, "parameter", scale, (count,), value))
+        channels.append(Channel(known.effect, known.parameter.unit, "fitted", scale, (count,), value))
         count += 1
     return channels
 
@@ -237,7 +237,7 @@ class Side:
 
         Of a parameter, and where a channel's constant is among the terms beside it, without the constant.
         """
-        known = term.channel.kind == "parameter" or Dependence(term.channel, CONSTANT) in terms
+        known = term.channel.kind == "fitted" or Dependence(term.channel, CONSTANT) in terms
         shapes = self.terms[term.move][term.name]
         return shapes[..., 1:] if known and ranked(term.name) else shapes
 

@@ -127,7 +127,7 @@ class Terms:
         return gradient, curvature
 
     def promising(self) -> list[TermFit]:
-        """Terms beyond chance even under variances that explain what they would, the best first, or a simpler one.
+        """Terms that go beyond chance even where variances explain what they would, the best first, or a simpler one.
 
         A constant is simpler, where it is most of what depends on something; so is what is nearly as good and depends
         neither on where the robot is nor on where it points.
@@ -143,7 +143,9 @@ class Terms:
             alike = fall >= SETTINGS.nearly * most and not name.startswith(WHERE) and channel.axis is None
             return not (constant and fall >= SETTINGS.mostly * most), not alike
 
-        beyond = (judged for fall, judged in sorted(falls, key=order) if fall > 0.0 and self._beyond_chance(judged))
+        each = SETTINGS.false_alarms  # of one, as it is judged again
+        ordered = (judged for fall, judged in sorted(falls, key=order) if fall > 0.0)
+        beyond = (judged for judged in ordered if judged.chance(self.problems.blocks) < each)
         return list(islice(beyond, MOST_TERMS))
 
     def alone(self, judged: TermFit) -> tuple[TermFit, Whitening]:
@@ -174,16 +176,12 @@ class Terms:
             judged.fall(problems.folds) <= 0.0
             or self._hidden_in_a_step(judged)
             or (name == CONSTANT and judged.inflation > SETTINGS.far**2)  # as of an offset beside another
-            or not self._beyond_chance(judged)
+            or judged.chance(problems.blocks) >= SETTINGS.false_alarms_of_each(len(self.pairs))
             or (name != CONSTANT and self._answered(judged, whitening))
         ):
             return None
         by_trim = problems.log_count >= SETTINGS.fewest_logs and judged.chance(problems.logs) > SETTINGS.level
         return None if by_trim else (judged, whitening)
-
-    def _beyond_chance(self, judged: TermFit) -> bool:
-        each = SETTINGS.false_alarms_of_each(len(self.features) * len(self.channels))
-        return judged.chance(self.problems.blocks) < each
 
     def _answered(self, judged: TermFit, whitening: Whitening) -> bool:
         """Whether what is measured behind a disturbance explains more of it, and what is before little."""

@@ -27,7 +27,7 @@ def said_of(found: str, key: str, value: float) -> Leftover | None:
 
     The car's tyres slip, which its equations lack; that is free in every fit.
     """
-    data = simulate_case(Case("mushr", ((key, {"value": value}),), seed=11), rows=340)
+    data = simulate_case(Case("mushr", ((key, {"value": value}),), seed=11), rows=420)
     equations, slips = ROBOTS["mushr"].nominal(), ["lateral_slip", "lever_arm"]
     library = Library.of(equations, [effect(name, equations) for name in (*slips, found)])
     problem = Problem(library, data)

@@ -37,7 +37,7 @@ SHOTS = 5
 # Part of every segment that the first full fit goes by.
 FIRST = 0.25
 
-CONTRADICTED = "the base is not calibrated: these logs do not show the errors that it has in the plain simulator"
+CONTRADICTED = "the base's own errors in the plain simulator are left aside: these logs do not show them"
 ADVICE = "check the units of its commands and its parameters"
 
 

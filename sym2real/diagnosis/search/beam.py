@@ -122,13 +122,14 @@ def _searched(prepared: Prepared, stages: Stages) -> Selection:
 
 
 def _doubtful(searched: Selection, as_it_is: Prepared) -> bool:
-    """Whether what was found, or nothing, costs less beside the base as it is than beside one that was calibrated.
+    """Whether what was found, or nothing, costs so much less beside the base as it is than beside a calibrated one.
 
-    A simulator's wheels slip where a robot's may roll.
+    As much as an effect must save: a simulator's wheels slip where a robot's may roll.
     """
     plain = Selection(as_it_is.problems, as_it_is.candidates, as_it_is.origin)
     nothing, same = searched.beside([], searched.fit), plain.beside(searched.chosen, searched.fit)
-    return plain.present.price < nothing.price or same.price < searched.present.price
+    least = 1.0 - SETTINGS.gain
+    return plain.present.price < least * nothing.price or same.price < least * searched.present.price
 
 
 @dataclass(eq=False)

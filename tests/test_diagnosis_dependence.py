@@ -121,6 +121,22 @@ def test_a_force_to_the_robots_side_is_told_in_its_axes_as_it_turns(*, turning: 
 
 
 @pytest.mark.slow
+def test_a_fan_that_blows_at_one_place_is_told_by_the_place() -> None:
+    robot = ROBOTS["crazyflie"]
+
+    def fan(_: object, data: MjData) -> None:
+        data.xfrc_applied[1, 0] += 0.03 * (data.qpos[1] > 0.1)
+
+    def plant(rng: np.random.Generator) -> MujocoPlant:
+        return MujocoPlant(unlimited(robot), (sensors(robot, rng), Change("", force=fan)))
+
+    found = diagnose(robot.nominal(), Dataset(standard_run(robot, plant, 3, index, yaw=True) for index in range(8)))
+    assert found.verdict == "UNEXPLAINED"
+    assert found.leftover is not None
+    assert (found.leftover.channel, found.leftover.explained_by) == ("fx", "position y")
+
+
+@pytest.mark.slow
 def test_a_force_whose_mean_is_most_of_it_is_said_with_its_mean_first_and_is_no_mass() -> None:
     """A tether pulls down and makes no thrust sideways smaller, as a mass would; how its pull changes is the rest."""
     robot, pulls = ROBOTS["crazyflie"], list[float]()

@@ -230,7 +230,7 @@ class Terms:
         other = whitening.disturbances.get(channel.name.removesuffix(TURNED), 0.0)
         share = float(values.var() / (values.var() + other**2))
         feature = self.features[name]
-        words = split_in_words(feature.columns, feature.values, values, channel.unit)[1]
+        words = split_in_words(feature.columns, feature.values, values, channel.unit)
         return Leftover(name, channel.name, share * confirmed, words, motion=motion, faint=faint)
 
 

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects.kind import with_unit
-from sym2real.logs.conditions import WHERE
 from sym2real.trajectory import Array
 
 # Whitened squares per degree of freedom of an answer that leaves something out: null data leave 1.07 at most.
@@ -69,27 +67,12 @@ def find_misfit(squares: float, motion: float | None = None) -> tuple[Leftover, 
     return (Leftover(MISFIT, "", share, words, motion=motion and share**0.5 * motion),)
 
 
-def split_in_words(names: Sequence[str], features: Array, target: Array, unit: str) -> tuple[str, str]:
-    """The feature of the first split of a tree on the signed disturbance, and the split in words.
-
-    Where the robot is explains only what nothing else does nearly as well.
-    """
-    anywhere = [place for place, name in enumerate(names) if not name.startswith(WHERE)] or [0]
-    by_all, by_others = (_split(features[:, places], target) for places in ([*range(len(names))], anywhere))
-    nearly = by_others.impurity[0] - _left(by_others) >= SETTINGS.nearly * (by_all.impurity[0] - _left(by_all))
-    tree, feature = (by_others, names[anywhere[by_others.feature[0]]]) if nearly else (by_all, names[by_all.feature[0]])
-    low, high = (float(tree.value[child].item()) for child in (tree.children_left[0], tree.children_right[0]))
-    below = f"{with_unit(low, unit)} where {feature} is below {tree.threshold[0]:.3g}"
-    return feature, f"{below}, {with_unit(high, unit)} above"
-
-
-def _split(features: Array, target: Array) -> Any:
-    from sklearn.tree import DecisionTreeRegressor  # noqa: PLC0415
+def split_in_words(names: Sequence[str], features: Array, target: Array, unit: str) -> str:
+    """The first split of a tree on the signed disturbance, in words."""
+    from sklearn.tree import DecisionTreeRegressor  # noqa: PLC0415 — heavy, and only needed at the end
 
     stump = DecisionTreeRegressor(max_depth=1, min_samples_leaf=len(target) // 20, random_state=0)
-    return stump.fit(features, target).tree_
-
-
-def _left(tree: Any) -> float:
-    """Variance that a single split leaves."""
-    return float(tree.n_node_samples[1:] @ tree.impurity[1:] / tree.n_node_samples[0])
+    tree = stump.fit(features, target).tree_
+    low, high = (float(tree.value[child].item()) for child in (tree.children_left[0], tree.children_right[0]))
+    below = f"{with_unit(low, unit)} where {names[tree.feature[0]]} is below {tree.threshold[0]:.3g}"
+    return f"{below}, {with_unit(high, unit)} above"

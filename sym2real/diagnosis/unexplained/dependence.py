@@ -143,10 +143,16 @@ class Terms:
             alike = fall >= SETTINGS.nearly * most and not name.startswith(WHERE) and channel.axis is None
             return not (constant and fall >= SETTINGS.mostly * most), not alike
 
-        each = SETTINGS.false_alarms  # of one, as it is judged again
         ordered = (judged for fall, judged in sorted(falls, key=order) if fall > 0.0)
-        beyond = (judged for judged in ordered if judged.chance(self.problems.blocks) < each)
-        return list(islice(beyond, MOST_TERMS))
+        return list(islice(filter(self._likely, ordered), MOST_TERMS))
+
+    def _likely(self, judged: TermFit) -> bool:
+        """Whether a term goes beyond chance, and neither a step nor what was found hides it."""
+        if judged.chance(self.problems.blocks) >= SETTINGS.false_alarms or self._hidden_in_a_step(judged):
+            return False
+        return (
+            judged.term.name != CONSTANT or judged.inflation <= SETTINGS.far**2
+        )  # beside an offset
 
     def alone(self, judged: TermFit) -> tuple[TermFit, Whitening]:
         """A term under variances that are estimated without it."""
@@ -171,23 +177,19 @@ class Terms:
         Returns:
             the term under the variances without it, and these.
         """
-        (judged, whitening), problems, name = self.alone(judged), self.problems, judged.term.name
-        if (
-            judged.fall(problems.folds) <= 0.0
-            or self._hidden_in_a_step(judged)
-            or (name == CONSTANT and judged.inflation > SETTINGS.far**2)  # as of an offset beside another
-            or judged.chance(problems.blocks) >= SETTINGS.false_alarms_of_each(len(self.pairs))
-            or (name != CONSTANT and self._answered(judged, whitening))
-        ):
+        (judged, whitening), problems = self.alone(judged), self.problems
+        by_blocks = judged.chance(problems.blocks) < SETTINGS.false_alarms_of_each(len(self.pairs))
+        answered = judged.term.name != CONSTANT and self._answered(judged, whitening)
+        if not by_blocks or answered or judged.fall(problems.folds) <= 0.0:
             return None
         by_trim = problems.log_count >= SETTINGS.fewest_logs and judged.chance(problems.logs) > SETTINGS.level
         return None if by_trim else (judged, whitening)
 
     def _answered(self, judged: TermFit, whitening: Whitening) -> bool:
         """Whether what is measured behind a disturbance explains more of it, and what is before little."""
-        moved = [judged.term._replace(move=move) for move in (1, -1)]
-        behind, before = (other.fall(self.problems.folds) for other in self.judged(whitening, moved))
-        return judged.fall(self.problems.folds) < behind and before < SETTINGS.mostly * behind
+        moved, folds = [judged.term._replace(move=move) for move in (1, -1)], self.problems.folds
+        behind, before = (other.fall(folds) for other in self.judged(whitening, moved))
+        return judged.fall(folds) < behind and before < SETTINGS.mostly * behind
 
     def _hidden_in_a_step(self, judged: TermFit) -> bool:
         """Whether a command's dependence on what it was is less than nobody knows of when in a step it acts."""

@@ -53,7 +53,10 @@ def doubts(answer: Diagnosis, equations: Equations, data: Dataset) -> tuple[Doub
     names = (behind[other.effect][0] for other in answer.not_tried if other.effect in behind)
     # What is the same on every flight predicts no better, but for what the others' values then are relative to.
     found = [Doubt((name, *same_on_every_flight(name, data))) for name in names]
-    for other in (effect(entry.effect, equations) for entry in answer.not_tried if entry.reason != EXCLUDED):
+    excluded = {entry.effect for entry in answer.not_tried if entry.reason == EXCLUDED}
+    for other in (effect(entry.effect, equations) for entry in answer.not_tried if entry.effect not in excluded):
+        if excluded & {*other.of.counts_as}:
+            continue
         together = other.of.counts_as if other.of.parts and other.applies(equations) else ()
         named = (any(key in group for group in groups) for key in together)
         later = other.searching.why_not(other.body) == LATER and other.applies(equations)

@@ -27,7 +27,8 @@ class Link:
         inertia: of the bodies that move with it, in the link's axes about its origin.
         zero: coordinate at which the bodies lie as the file places them (its ``ref``), rad or m.
         armature, stiffness, rest: of the joint, SI units.
-        quantities: what equations hold of it by name, for effects to change: armature, damping, dry friction.
+        quantities: what equations hold of it by name, for effects to change: armature, damping, dry friction,
+            its servo's gain.
     """
 
     joint: str
@@ -95,6 +96,7 @@ def _link(model: mujoco.MjModel, joint: int, parent: int, fixed: Transform) -> L
             quantity_of("armature", name): as_expression(model.dof_armature[dof]),
             quantity_of("damping", name): as_expression(model.dof_damping[dof]),
             quantity_of("friction", name): as_expression(model.dof_frictionloss[dof]),
+            **({quantity_of("servo_gain", name): Integer(1)} if name in columns.servos_of(model) else {}),
         },
     )
 

@@ -74,7 +74,6 @@ def multibody(model: mujoco.MjModel, layouts: Layouts, actions: Mapping[str, str
     for link in links:
         build.quantities |= link.quantities
         build.quantities |= {quantity_of("link_mass", link.joint): Integer(1)} if link.inertia.mass else {}
-    build.quantities |= {quantity_of("servo_gain", joint): Integer(1) for joint in columns.servos_of(model)}
     build.quantities |= {quantity_of("load", model.site(site).name): Integer(0) for site in columns.loaded_sites(model)}
     alone = [1.0 / float(model.dof_invweight0[model.joint(link.joint).dofadr[0]]) for link in links]
     forces = Forces(model, links, actions, build.part, alone)

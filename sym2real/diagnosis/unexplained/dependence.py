@@ -150,9 +150,7 @@ class Terms:
         """Whether a term goes beyond chance, and neither a step nor what was found hides it."""
         if judged.chance(self.problems.blocks) >= SETTINGS.false_alarms or self._hidden_in_a_step(judged):
             return False
-        return (
-            judged.term.name != CONSTANT or judged.inflation <= SETTINGS.far**2
-        )  # beside an offset
+        return judged.term.name != CONSTANT or judged.inflation <= SETTINGS.far**2  # beside an offset
 
     def alone(self, judged: TermFit) -> tuple[TermFit, Whitening]:
         """A term under variances that are estimated without it."""

@@ -60,7 +60,9 @@ def propose(informed: Equations, data: Dataset, leftover: Leftover, whitening: W
         return None
     logs = with_filtered_commands(informed, data)
     problem = _of(bare, logs, whitening)
-    feature, monomials = features_in(problem)[0][leftover.explained_by], [sympy.Float(sizes[leftover.channel])]
+    feature, monomials = features_in(problem)[0].get(leftover.explained_by), [sympy.Float(sizes[leftover.channel])]
+    if feature is None:  # a command that a limit which was found holds
+        return None
     if feature.columns:
         largest = float(np.abs(feature.values).max())
         monomials = [monomials[0] * (variable / largest) ** power for power in range(DEGREE + 1)]

@@ -20,7 +20,7 @@ from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.unexplained.dependence import Terms, find_dependences
-from sym2real.diagnosis.unexplained.disturbance_terms import CONSTANT, Dependence, features_in
+from sym2real.diagnosis.unexplained.disturbance_terms import CONSTANT, Dependence, features_in, ranked
 from sym2real.diagnosis.unexplained.leftover import Leftover
 from sym2real.effects import effect
 from sym2real.experiments.excitation import unlimited
@@ -200,6 +200,22 @@ def test_a_trim_of_every_log_has_no_part_in_what_was_sent_before() -> None:
             assert float(means.abs().max()) < 1e-9 * float(shapes.abs().max())
         else:
             torch.testing.assert_close(means[:, 0], torch.ones(8, dtype=torch.float64))
+
+
+@pytest.mark.slow
+def test_a_second_term_of_a_channel_is_judged_without_the_constant_of_the_first() -> None:
+    """Both would have one, and share the level of the first: any feature would then go beyond chance beside it."""
+    selection, spread = without_a_library("crazyflie", "wind", 0.02)
+    terms = Terms.of(selection, spread, None)
+    (along,) = (channel for channel in terms.channels if channel.name == "fx")
+    names = [name for name in terms.features if ranked(name)]
+    (first,) = terms.judged(terms.problems.whitening, [Dependence(along, names[0])])
+    beside = terms.with_term(first, terms.problems.whitening)
+    assert Dependence(along, CONSTANT) not in beside.pairs
+    seconds = beside.judged(terms.problems.whitening, [Dependence(along, name) for name in names[1:]])
+    assert first.chance(terms.problems.blocks) < 1e-9
+    assert {second.curvature.shape[-1] - second.preceding for second in seconds} == {3}
+    assert np.median([second.chance(terms.problems.blocks) for second in seconds]) > 0.05
 
 
 def test_terms_do_not_gain_by_their_number() -> None:

@@ -25,7 +25,8 @@ from sym2real.robots import ROBOTS
 def said_of(found: str, key: str, value: float) -> Leftover | None:
     """What is said of an effect that was found in short drives in MuJoCo with another one, or with itself.
 
-    The car's tyres slip, which its equations lack; that is free in every fit.
+    The car's tyres slip, which its equations lack; that is free in every fit. In shorter drives a lag that is taken
+    for a limit leaves little.
     """
     data = simulate_case(Case("mushr", ((key, {"value": value}),), seed=11), rows=420)
     equations, slips = ROBOTS["mushr"].nominal(), ["lateral_slip", "lever_arm"]

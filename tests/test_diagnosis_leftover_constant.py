@@ -109,15 +109,12 @@ def test_what_one_constant_explains_is_not_counted_again() -> None:
     """Two forces are two: beside the first at its size only the second is left."""
     terms = _of(CRAZYFLIE, flights_with("wind", {"fx": 0.02, "fy": 0.015}))
     whitening = terms.problems.whitening
-    (along,), (across,) = (_constants(terms, name) for name in ("fx", "fy"))
+    (along,) = _constants(terms, "fx")
     assert _size(along) == pytest.approx(0.02, rel=0.15)
     beside = terms.with_term(along, whitening)
     (rest,) = _constants(beside, "fy")
     assert _size(rest) == pytest.approx(0.015, rel=0.15)
     assert along.term not in beside.pairs
-    both = beside.with_term(rest, whitening)
-    falls = [own.most for own in both.judged(whitening, [Dependence(along.term.channel, CONSTANT)])]
-    assert falls[0] < 1e-3 * min(along.most, across.most)
 
 
 def _constants(terms: Terms, channel: str) -> list[TermFit]:

@@ -74,8 +74,10 @@ def verdict(
         return "CANNOT_TELL"
     if established:
         return "EFFECT"
-    if unexplained or parts.suspects:
-        return "CANNOT_TELL" if parts.suspects else "UNEXPLAINED"
+    if parts.suspects:
+        return "CANNOT_TELL"
+    if unexplained:
+        return "UNEXPLAINED"
     if parts.faults:
         return "EFFECT"
     return "NOTHING_MISSING" if all(finding.small for finding in findings) and not gate.worse else "CANNOT_TELL"

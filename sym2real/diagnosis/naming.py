@@ -55,7 +55,7 @@ def doubts(answer: Diagnosis, equations: Equations, data: Dataset) -> tuple[Doub
     found = [Doubt((name, *same_on_every_flight(name, data))) for name in names]
     excluded = {entry.effect for entry in answer.not_tried if entry.reason == EXCLUDED}
     for other in (effect(entry.effect, equations) for entry in answer.not_tried if entry.effect not in excluded):
-        if excluded & {*other.of.counts_as}:
+        if any(fnmatch(key, pattern) for key in excluded for pattern in other.of.counts_as):
             continue
         together = other.of.counts_as if other.of.parts and other.applies(equations) else ()
         named = (any(key in group for group in groups) for key in together)

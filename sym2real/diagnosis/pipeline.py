@@ -6,7 +6,6 @@ import time
 from collections.abc import Collection
 from dataclasses import replace
 from functools import partial
-from math import isclose
 
 from sym2real.dataset import Dataset, Logs
 from sym2real.diagnosis.answer import Diagnosis, conclude, unscored
@@ -49,9 +48,9 @@ def _searched(stages: Stages, question: Question) -> tuple[SearchResult, Scored 
     for _ in range(RESCALED):
         examined = result.prepared.examined
         gains = result.gains(examined.scaled) if examined.scaled and result.finished else {}
-        if all(isclose(gain, 1.0, rel_tol=1e-3) for gain in gains.values()):
+        if (exact := examined.rescaled(gains)) is None:
             break
-        result = search(_prepared(examined.rescaled(gains), stages), stages)
+        result = search(_prepared(exact, stages), stages)
     return result, stages.try_to("scoring on held-out data", score, result)
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import isfinite
+from math import isclose, isfinite
+from statistics import median
 
 from sym2real.dataset import Dataset, Logs
 from sym2real.diagnosis.data.preparation import long_enough
@@ -15,6 +16,8 @@ from sym2real.effects.inputs import with_common_clock
 from sym2real.errors import ModelError, ShapeError
 from sym2real.plants import MujocoPlant
 from sym2real.symbolic import Equations
+
+SAME_FACTOR = 1e-3  # relative difference of two factors of a command
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,22 +62,37 @@ class Examined:
     Args:
         question: what was asked.
         checked: the data, faults undone, commands as they reach the robot.
-        scored: the logs that score what is found; those of the search themselves where none were kept aside.
+        aside: the same of logs that were kept aside, if any.
     """
 
     question: Question
     checked: Checked
-    scored: Dataset
+    aside: Checked | None = None
+
+    @property
+    def scored(self) -> Dataset:
+        """The logs that score what is found; those of the search themselves where none were kept aside."""
+        return (self.aside or self.checked).data
 
     @property
     def scaled(self) -> tuple[str, ...]:
-        """Commands in no unit that is known, whose factor the first look at the data told."""
+        """Commands in no known unit, whose factor a first look told; none where more has been done to them since."""
+        if self.checked.commands_lost or self.question.model.filters:
+            return ()
         return tuple(name for fault in self.checked.faults for name in fault.columns)
 
-    def rescaled(self, gains: Mapping[str, float]) -> Examined:
-        """With the factors of such commands as a search knows them, by the gains that it found beside them."""
-        aside = replace(self.checked, data=self.scored).rescaled(gains).data
-        return replace(self, checked=self.checked.rescaled(gains), scored=aside)
+    def rescaled(self, gains: Mapping[str, float]) -> Examined | None:
+        """With the factors of such commands as a search knows them, by the gains that it found; None for the same."""
+        own = {fault.columns: fault.value for fault in self.checked.faults if {*fault.columns} & gains.keys()}
+        factors = {
+            columns: value / median(gains[name] for name in columns if name in gains)
+            for columns, value in own.items()
+            if value is not None
+        }
+        if all(isclose(factor, own[columns] or factor, rel_tol=SAME_FACTOR) for columns, factor in factors.items()):
+            return None
+        aside = None if self.aside is None else self.aside.rescaled(factors)
+        return replace(self, checked=self.checked.rescaled(factors), aside=aside)
 
 
 def check_data(question: Question) -> Examined:
@@ -89,4 +107,4 @@ def check_data(question: Question) -> Examined:
     halves = (logs[: len(parts[0])], logs[len(parts[0]) :])
     results = [check(question.model, Dataset(half)) for half in halves if half]
     checked, *aside = (replace(result, data=with_filtered_commands(question.model, result.data)) for result in results)
-    return Examined(question, checked, aside[0].data if aside else checked.data)
+    return Examined(question, checked, *aside)

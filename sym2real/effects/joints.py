@@ -240,8 +240,8 @@ def _stiffer(spec: Any, body: Body, values: Numbers) -> None:
 SERVO_GAIN = _of_joint(
     name="servo_gain",
     stage="mass",
-    parameters=of_any_body(Parameter("value", "1", null=1.0, low=0.1, high=10.0, scale=0.1, domain=POSITIVE)),
-    formula=r"k_p \to s\,k_p",
+    parameters=of_any_body(Parameter("value", "1", null=1.0, low=0.1, high=2.0, scale=0.1, domain=POSITIVE)),
+    formula=r"k_p \to s\,k_p,\quad k_v \to s\,k_v",
     summary="The servo of a joint is stiffer or softer than its description says.",
     confused_with="an armature or a load in fast motion alone; a spring beside a gain of the command",
     shown_by="steps of the command, and postures that gravity loads",

@@ -69,8 +69,8 @@ class Forces:
         constant, by_place, by_rate = (as_expression(bias) for bias in model.actuator_biasprm[index, :3])
         if (kind := command_kind(model, index)) != "force":
             times = symbol(quantity_of("servo_gain", driven_joint(model, index)))
-            gain, by_place = times * gain, times * by_place
-            by_rate = times * by_rate if kind == "velocity" else by_rate
+            gain, by_place = times * gain, by_place * (times if kind == "position" else 1)
+            by_rate = by_rate * (times if kind == "velocity" else 1)
         given = gain * control + constant + by_place * gear * place + by_rate * gear * rate
         if model.actuator_forcelimited[index]:
             given = _within(given, model.actuator_forcerange[index])

@@ -8,7 +8,6 @@ flights counts: a controller may drive forwards along a path that was driven in 
 
 from __future__ import annotations
 
-import numpy as np
 import torch
 from numpy.typing import ArrayLike
 from scipy.ndimage import uniform_filter1d
@@ -35,6 +34,7 @@ NOT_FLOWN = "the logs' manoeuvres cannot be flown in the plain simulator: the ba
 # A car's figure of eight takes 300 rows: of its first half alone the base's own errors look like an arm to one side.
 # Of fast logs as long as of a quadrotor's at 50 Hz.
 MOST_LOGS, MOST_ROWS, MOST_SECONDS = 8, 400, 8.0
+STILL = 1e-6  # squares of a field in its unit, all rows together, of a robot that stands
 QUICK = 15  # rows over which changes of a command count as quick
 
 
@@ -101,12 +101,15 @@ def _flight(plant: MujocoPlant, log: Trajectory) -> Trajectory:
     if plant.crashed:  # no base describes the second that leads to it, of a robot on wheels that tips over
         flown = flown.rows(0, max(1, len(flown) - round(1.0 / plant.dt)))
     again = run_episode(plant, Replayed(log.action[:rows]), start=log.state[0], name=log.name, steps=len(dither))
-    return again if not plant.crashed and _astray(again, log) < _astray(flown, log) else flown
+    near = len(flown) < SETTINGS.base_rows or _astray(again, log) < _astray(flown, log)
+    return again if near and not plant.crashed else flown
 
 
 def _astray(flown: Trajectory, log: Trajectory) -> float:
     """Squares of how far a flight is off a log, over those of the log about its mean: the mean of what is measured."""
-    layout, own = log.layouts.state, log.state[: len(flown)]
-    squares = np.square(flown.state - own).sum(0), np.square(own - own.mean(0)).sum(0)
-    fields = [layout.slice(field.name) for field in layout.fields if not field.hidden]
-    return float(np.mean([squares[0][field].sum() / max(1e-300, squares[1][field].sum()) for field in fields]))
+    layout, own = log.layouts.state, torch.as_tensor(log.state[: len(flown)])
+    apart = layout.difference(torch.as_tensor(flown.state), own).square().sum(0)
+    spread = layout.difference(own, layout.normalise(own.mean(0)).expand_as(own)).square().sum(0)
+    shown = zip(layout.fields, layout.tangent_places, strict=True)
+    parts = [apart[where].sum() / spread[where].sum().clamp_min(STILL) for field, where in shown if not field.hidden]
+    return float(torch.stack(parts).mean())

@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 
-import numpy as np
 import torch
 from torch import Tensor
 
@@ -55,14 +54,13 @@ class Checked:
     notes: tuple[str, ...]
     commands_lost: bool = False
 
-    def rescaled(self, gains: Mapping[str, float]) -> Checked:
-        """With factors of commands in no unit as a search knows them, by the gains that it found beside them."""
+    def rescaled(self, factors: Mapping[tuple[str, ...], float]) -> Checked:
+        """With other factors of commands in no unit, by the columns that share one."""
         faults, data, read = list(self.faults), self.data, AsRead(self.data[0].sources)
         for place, fault in enumerate(self.faults):
-            beside = [gains[name] for name in fault.columns if name in gains]
-            if beside and fault.value is not None:
-                by = float(np.exp(np.mean(np.log(beside))))
-                exact, data = Scaled(fault.columns, fault.value / by), of_all(Scaled(fault.columns, 1.0 / by), data)
+            if fault.columns in factors and fault.value is not None:
+                exact = Scaled(fault.columns, factors[fault.columns])
+                data = of_all(Scaled(fault.columns, exact.factor / fault.value), data)
                 words = f"{exact.name}: {scale_text(exact.factor, THAN)}"
                 faults[place] = replace(fault, evidence=words, fix=exact.fix(read), value=exact.factor)
         return replace(self, data=data, faults=tuple(faults))
@@ -151,9 +149,10 @@ def _breached(in_order: dict[Look, Dataset], look: Look, data: Dataset) -> Settl
 def _fault(breach: Breach | BadRows, data: Dataset, read: AsRead) -> Fault:
     """With the effect of one column of the state, where it is that."""
     scaled = breach.transformation if isinstance(breach, Breach) else None
+    everywhere = isinstance(breach, Breach) and breach.log is None
     if isinstance(scaled, Scaled) and len(scaled.columns) == 1 and scaled.columns[0] in data.layouts.state:
         return Fault(f"{SENSOR_SCALE.name}:{scaled.columns[0]}", breach.evidence, breach.fix(read), scaled.factor)
-    if isinstance(scaled, Scaled) and not scaled.unit and {*scaled.columns} <= {*data.layouts.action}:
+    if isinstance(scaled, Scaled) and everywhere and not scaled.unit and {*scaled.columns} <= {*data.layouts.action}:
         return Fault("", breach.evidence, breach.fix(read), scaled.factor, columns=scaled.columns)
     return Fault("", breach.evidence, breach.fix(read))
 

@@ -75,7 +75,7 @@ class SearchResult:
         selection, problems = self.selection, self.selection.problems
         keys = {f"{GAIN.name}:{command}": command for command in commands}
         own = {candidate: problems.library.key(candidate.name) for candidate in selection.candidates}
-        more = [candidate for candidate, key in own.items() if key in keys and candidate not in selection.chosen]
+        more = [c for c in selection.open(selection.chosen, selection.candidates) if own[c] in keys]
         chosen = [*selection.chosen, *more]
         (fit,) = problems.fit([Hypothesis(selection.free(chosen), selection.fit.values)])
         values = parameter_set(selection, chosen, fit.values)

@@ -11,12 +11,14 @@ from __future__ import annotations
 import numpy as np
 import torch
 from scipy import stats
+from torch import Tensor
 
 from sym2real.diagnosis.data.segments import Segments, summed
 from sym2real.diagnosis.estimate.calibrate import Calibration
 from sym2real.diagnosis.settings import SETTINGS
+from sym2real.diagnosis.unexplained.channels import Channel
 from sym2real.diagnosis.unexplained.dependence import Terms
-from sym2real.diagnosis.unexplained.disturbance_terms import CONSTANT, Channel, Dependence, Side
+from sym2real.diagnosis.unexplained.disturbance_terms import CONSTANT, Dependence, Side
 from sym2real.diagnosis.unexplained.features import part_of_changes
 from sym2real.diagnosis.unexplained.leftover import LOG, Leftover
 from sym2real.effects.kind import with_unit
@@ -36,13 +38,13 @@ def find_differing(terms: Terms, own: Calibration | None = None) -> tuple[Leftov
     segments, data = problems.problem.segments, problems.data
     logs, place_of = np.unique(segments.log, return_inverse=True)
     channels = [channel for channel in terms.channels if channel.kind == "disturbance" and channel.axis is None]
+    here, there = terms.products(problems.whitening)
     for channel in channels:
         constant = Dependence(channel, CONSTANT)
-        chance, share, sizes = _by_log(terms, terms.side, segments, channel)
-        apart = sizes - sizes.mean()
-        of_base = 0.0
-        if own is not None and terms.own is not None:
-            of_base = _by_log(terms, terms.own, own.problem.segments, channel)[2].std()
+        chance, share, sizes = _by_log(terms.side, here, segments, channel)
+        apart, of_base = sizes - sizes.mean(), 0.0
+        if own is not None and terms.own is not None and there is not None:
+            of_base = _by_log(terms.own, there, own.problem.segments, channel)[2].std()
         sure = chance < SETTINGS.false_alarms_of_each(len(channels)) and share > SETTINGS.nearly
         if sure and of_base <= SETTINGS.mostly * apart.std():
             in_logs = terms.side.by_terms([constant])[..., 0] * torch.as_tensor(apart[place_of] / channel.size)[:, None]
@@ -53,7 +55,7 @@ def find_differing(terms: Terms, own: Calibration | None = None) -> tuple[Leftov
     return tuple(sorted((entry for entry in leftovers if entry.matters), key=lambda entry: -(entry.motion or 0.0)))
 
 
-def _by_log(terms: Terms, side: Side, segments: Segments, channel: Channel) -> tuple[float, float, Array]:
+def _by_log(side: Side, products: Tensor, segments: Segments, channel: Channel) -> tuple[float, float, Array]:
     """Chance that logs differ so, the part ω² of squares that is between them, and the constants ``# (logs,)``.
 
     Within a log its halves differ, as by gusts that last for seconds.
@@ -61,7 +63,7 @@ def _by_log(terms: Terms, side: Side, segments: Segments, channel: Channel) -> t
     logs, numbers = np.unique(segments.log, return_inverse=True)[1], np.arange(len(segments))
     middle = np.array([np.median(numbers[logs == log]) for log in range(logs.max() + 1)])
     halves = np.unique(2 * logs + (numbers > middle[logs]), return_inverse=True)[1]
-    gradient, curvature = side.joined(side.products(terms.problems.whitening), [Dependence(channel, CONSTANT)])
+    gradient, curvature = side.joined(products, [Dependence(channel, CONSTANT)])
     parts = gradient[:, -1], curvature[:, -1, -1]
     sums = [[summed(part, by) for part in parts] for by in (np.zeros_like(logs), logs, halves)]
     whole, by_log, by_half = (float((force.square() / hold.clamp_min(1e-300)).sum()) for force, hold in sums)

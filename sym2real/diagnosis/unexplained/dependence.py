@@ -32,18 +32,16 @@ from sym2real.diagnosis.estimate.whitening import Spread, Whitening, estimate
 from sym2real.diagnosis.search.intervals import WITHIN_A_STEP
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.settings import SETTINGS
+from sym2real.diagnosis.unexplained.channels import TURNED, Channel, channels_of
 from sym2real.diagnosis.unexplained.disturbance_terms import (
     CONSTANT,
-    TURNED,
-    Channel,
     Dependence,
     Feature,
     Side,
     TermFit,
-    channels_of,
-    features_in,
     name_of_earlier,
     ranked,
+    varying_in,
 )
 from sym2real.diagnosis.unexplained.features import part_of_changes
 from sym2real.diagnosis.unexplained.leftover import Leftover, split_in_words
@@ -85,12 +83,12 @@ class Terms:
         """Beside what was found.
 
         Args:
-            selection: that.
+            selection: what was found.
             spread: shapes of the disturbances.
             own: the base against the plain simulator.
         """
         problems, fit = selection.problems, selection.fit
-        features, *_ = features_in(problems.problem)
+        features = varying_in(problems.problem)
         channels = channels_of(problems.problem, spread, fit)
         side = Side.of(problems.problem, spread, fit.values, fit, features)
         flown = None if own is None else Side.of(own.problem, own.spread, own.values, fit, features)
@@ -105,17 +103,23 @@ class Terms:
         may = {"disturbance": list(self.side.terms[0]), "measured": [CONSTANT]}
         may["fitted"] = [name for name in self.side.terms[0] if ranked(name)]
         pairs = (Dependence(along, name) for along in self.channels for name in may[along.kind])
-        return [pair for pair in pairs if pair not in self.beside]
+        # The constant is the first term's of a channel.
+        levels = [Dependence(own.channel, CONSTANT) for own in self.beside if ranked(own.name)]
+        return [pair for pair in pairs if pair not in (*self.beside, *levels)]
 
     def judged(self, whitening: Whitening, pairs: Iterable[Dependence]) -> list[TermFit]:
         """Channels that depend each on a feature, under a whitening."""
-        here = self.side.products(whitening)
-        there = None if self.own is None else self.own.products(self.own.spread.like(whitening))
-        preceding, judged = self._joined(whitening, here, there, self.beside)[0].shape[-1], []
+        here, there = self.products(whitening)
+        preceding, judged = self.side.columns.shape[-1] - 1 + self.side.basis(self.beside)[1].shape[-1], []
         for pair in pairs:
             terms = (*self.beside, pair)
             judged.append(TermFit(terms, preceding, *self._joined(whitening, here, there, terms)))
         return judged
+
+    def products(self, whitening: Whitening) -> tuple[Tensor, Tensor | None]:
+        """Those of the logs under their whitening, and of the plain simulator's data under one like it."""
+        own = self.own
+        return self.side.products(whitening), None if own is None else own.products(own.spread.like(whitening))
 
     def _joined(
         self, whitening: Whitening, here: Tensor, there: Tensor | None, terms: tuple[Dependence, ...]
@@ -177,8 +181,9 @@ class Terms:
         """
         (judged, whitening), problems = self.alone(judged), self.problems
         by_blocks = judged.chance(problems.blocks) < SETTINGS.false_alarms_of_each(len(self.pairs))
-        answered = judged.term.name != CONSTANT and self._answered(judged, whitening)
-        if not by_blocks or answered or judged.fall(problems.folds) <= 0.0:
+        if not by_blocks or judged.fall(problems.folds) <= 0.0:
+            return None
+        if judged.term.name != CONSTANT and self._answered(judged, whitening):
             return None
         by_trim = problems.log_count >= SETTINGS.fewest_logs and judged.chance(problems.logs) > SETTINGS.level
         return None if by_trim else (judged, whitening)
@@ -199,7 +204,7 @@ class Terms:
 
     def _varied(self, judged: TermFit) -> Tensor:
         """What a term makes of its channel, in steps of that ``# (S, pieces)``."""
-        return self.side.shapes_of(judged.term, judged.terms) @ judged.step[judged.preceding :]
+        return self.side.shapes_of(judged.term, judged.terms[:-1]) @ judged.step[judged.preceding :]
 
     def best(self) -> tuple[TermFit, Whitening] | None:
         """The first promising term that is accepted, under variances without it; None without any."""
@@ -211,27 +216,22 @@ class Terms:
 
     def leftover(self, judged: TermFit, whitening: Whitening) -> Leftover:
         """What an accepted term says: of a disturbance how large it is, of a parameter what its effect is."""
-        segments, fall = self.problems.problem.segments, judged.fall(self.problems.folds)
+        segments, fall, step = self.problems.problem.segments, judged.fall(self.problems.folds), judged.step
         (channel, name, _), confirmed = judged.term, min(1.0, fall / judged.most)
         enough = SETTINGS.gain_beside if self.features[name].within else SETTINGS.term_gain
-        faint = fall <= enough * self.loss(whitening)
-        varied = self._varied(judged)
-        motion = None
+        left = Leftover(name, channel.name, confirmed, "", faint=fall <= enough * self.loss(whitening))
         if channel.kind != "measured":
-            step = judged.step[judged.preceding :]
-            motion = part_of_changes(segments, self.side.by_terms(judged.terms)[..., -len(step) :] @ step)
-        values = (channel.level + channel.size * varied).flatten().numpy()
+            alone = self.side.by_terms(judged.terms)[..., judged.preceding - len(step) :] @ step[judged.preceding :]
+            left = replace(left, motion=part_of_changes(segments, alone))
+        values = (channel.level + channel.size * self._varied(judged)).flatten().numpy()
         if name == CONSTANT:
             value, unit = float(values[0]), channel.unit
-            return Leftover(
-                CONSTANT, channel.name, confirmed, f"{with_unit(value, unit)} everywhere", value, unit, motion
-            )
+            return replace(left, term=f"{with_unit(value, unit)} everywhere", size=value, unit=unit)
         # Of a parameter nothing else varies.
         other = whitening.disturbances.get(channel.name.removesuffix(TURNED), 0.0)
-        share = float(values.var() / (values.var() + other**2))
-        feature = self.features[name]
+        share, feature = float(values.var() / (values.var() + other**2)), self.features[name]
         words = split_in_words(feature.columns, feature.values, values, channel.unit)
-        return Leftover(name, channel.name, share * confirmed, words, motion=motion, faint=faint)
+        return replace(left, r2=share * confirmed, term=words)
 
 
 def find_dependences(terms: Terms) -> tuple[Leftover, ...]:

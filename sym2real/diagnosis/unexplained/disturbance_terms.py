@@ -10,7 +10,7 @@ it. J. Hausman, "Specification tests in econometrics", Econometrica 46 (1978).
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -24,41 +24,14 @@ from sym2real.diagnosis.estimate.quadratic import Fit, solve
 from sym2real.diagnosis.estimate.significance import chance_of, clustered, inflation
 from sym2real.diagnosis.estimate.whitening import PIECES, Spread, Whitening
 from sym2real.diagnosis.predict.sensitivity import Problem
+from sym2real.diagnosis.unexplained.channels import Channel, offsets_of
 from sym2real.diagnosis.unexplained.features import MOVES, ahead_of, features_of, means, within
-from sym2real.effects.wrench import AXES
-from sym2real.symbolic.mass_normalised import unit_for
 from sym2real.trajectory import Array
-from sym2real.vocabulary import FORCE
 
 CONSTANT = "constant"
 # Rows by which a command is looked back at.
 EARLIER = (1, 3, 9)
-SMALLEST = 1e-12
-TURNED = " in the robot's axes"  # behind the name of a level force
-# Measurements that may be off by a constant which the free start does not take up, and their unit.
-MEASURED = {"attitude": "rad", "heading": "rad", "rate": "rad/s"}
-
-
-@dataclass(frozen=True)
-class Channel:
-    """What may depend on something.
-
-    Args:
-        name, unit: of a disturbance or a measurement; of a parameter that was found its effect's name.
-        kind: "disturbance", "measured" or "fitted".
-        size: of a step, in the unit.
-        level: its value where no term acts.
-        places: of the shapes that it is made of.
-        axis: of a level force in the robot's axes, forward or to the left; none of others.
-    """
-
-    name: str
-    unit: str
-    kind: str
-    size: float
-    places: tuple[int, ...]
-    level: float = 0.0
-    axis: int | None = None
+SMALLEST = 1e-12  # range of a feature, in its unit, that is rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,10 +63,7 @@ class Feature:
 
 
 def features_in(problem: Problem) -> tuple[dict[str, Feature], ...]:
-    """Everything that a channel may depend on, by name: in every piece, in that behind it and in that before.
-
-    In this order, so that the piece behind has number 1, and the one before -1.
-    """
+    """Everything that a channel may depend on, by name, in pieces in the order of ``MOVES``."""
     names, moved = features_of(problem)
     here, *around = [{name: Feature(name, (name,), v[:, [place]]) for place, name in enumerate(names)} for v in moved]
     logs, dt = np.repeat(problem.segments.log, PIECES), problem.data.dt
@@ -104,9 +74,13 @@ def features_in(problem: Problem) -> tuple[dict[str, Feature], ...]:
             change = np.stack([earlier[:, column] - sent[0][:, column] for earlier in sent[1:]], axis=1)
             name = name_of_earlier(action)
             features[name] = Feature(name, words, within(change, logs), within=True)
-    varying = {name: feature for name, feature in here.items() if np.ptp(feature.values) > SMALLEST}
-    constant = Feature(CONSTANT, (), np.empty((len(logs), 0)))
-    return {CONSTANT: constant, **varying}, *around
+    return {CONSTANT: Feature(CONSTANT, (), np.empty((len(logs), 0))), **here}, *around
+
+
+def varying_in(problem: Problem) -> dict[str, Feature]:
+    """Those of the pieces themselves that vary, and the constant."""
+    features = features_in(problem)[0]
+    return {name: own for name, own in features.items() if name == CONSTANT or np.ptp(own.values) > SMALLEST}
 
 
 def name_of_earlier(command: str) -> str:
@@ -126,50 +100,11 @@ def _sent(problem: Problem, rows: int) -> tuple[Array, ...]:
 
 
 class Dependence(NamedTuple):
-    """A channel that depends on a feature: of every piece itself, or of the one behind (1) or before (-1)."""
+    """A channel that depends on a feature, of a piece so many moves on."""
 
     channel: Channel
     name: str
     move: int = 0
-
-
-def channels_of(problem: Problem, spread: Spread, fit: Fit) -> list[Channel]:
-    """Disturbances, those in the robot's axes, measurements that may be off, and parameters that were found."""
-    names, library = spread.names, problem.library
-    sizes = dict(zip(names, spread.sizes.tolist(), strict=True))
-    channels = [Channel(n, unit_of(problem, n), "disturbance", sizes[n], (k,)) for k, n in enumerate(names)]
-    level = [channel for channel in channels if channel.name in FORCE.columns[:2]]
-    if len(level) > 1 and ahead_of(problem) is not None:
-        both = tuple(place for channel in level for place in channel.places)
-        channels += [
-            Channel(along.name + TURNED, along.unit, along.kind, along.size, both, axis=axis)
-            for axis, along in enumerate(level)
-        ]
-    count = len(names)
-    for name, unit, _ in _offsets(problem):
-        channels.append(Channel(name, unit, "measured", 1.0, (count,)))
-        count += 1
-    for slot in fit.free:
-        known, scale, value = library.slots[slot], float(library.scale[slot]), float(fit.values[slot])
-        channels.append(Channel(known.effect, known.parameter.unit, "fitted", scale, (count,), value))
-        count += 1
-    return channels
-
-
-def unit_of(problem: Problem, name: str) -> str:
-    """Unit of a disturbance."""
-    equations, layouts = problem.library.equations, problem.library.equations.layouts
-    return unit_for(equations, (layouts.inputs if name in layouts.inputs else layouts.action).units[name])
-
-
-def _offsets(problem: Problem) -> Iterator[tuple[str, str, int]]:
-    """Name, unit and component of every measurement that may be off by a constant."""
-    segments = problem.segments
-    for place, (component, number) in enumerate(zip(segments.compared, segments.channel, strict=True)):
-        owner, places = segments.layout.fields[number], segments.layout.tangent_places[number]
-        if owner.name in MEASURED:
-            axis = f" {AXES[component - places.start]}" if len(places) > 1 else ""
-            yield f"measured {owner.name}{axis}", MEASURED[owner.name], place
 
 
 @dataclass(frozen=True, eq=False)
@@ -206,12 +141,9 @@ class Side:
         """
         (columns,) = problem.linearised(values[None], [fit.whole])
         slopes = columns[..., 1 : 1 + len(fit.free), None] / PIECES  # a step everywhere is one of all pieces
-        offsets = columns.new_zeros(*spread.disturbances.shape[:2], len(spread.names), PIECES)[:, :, :0]
-        measured = [place for _, _, place in _offsets(problem)]
-        if measured:
-            shape = torch.eye(len(problem.segments.compared), dtype=torch.float64)[:, measured]
-            rows = shape.repeat(problem.segments.length, 1)[None, ..., None] / PIECES
-            offsets = rows.expand(len(columns), -1, -1, PIECES)
+        measured = [place for *_, place in offsets_of(problem)]
+        shape = torch.eye(len(problem.segments.compared), dtype=torch.float64)[:, measured] / PIECES
+        offsets = shape.repeat(problem.segments.length, 1)[None, ..., None].expand(len(columns), -1, -1, PIECES)
         slopes = slopes.expand(*slopes.shape[:-1], PIECES)
         shapes = torch.cat([spread.disturbances, offsets, slopes], dim=2)
         terms = tuple(
@@ -232,12 +164,13 @@ class Side:
         """Whether its feature is known here."""
         return term.name in self.terms[term.move]
 
-    def shapes_of(self, term: Dependence, terms: Sequence[Dependence]) -> Tensor:
+    def shapes_of(self, term: Dependence, before: Sequence[Dependence]) -> Tensor:
         """What it makes of its channel, by number of its own ``# (S, pieces, K)``.
 
-        Of a parameter, and where a channel's constant is among the terms beside it, without the constant.
+        The constant belongs to the first term of a channel; that of a parameter is the parameter itself.
         """
-        known = term.channel.kind == "fitted" or Dependence(term.channel, CONSTANT) in terms
+        others = [own.name for own in before if own.channel == term.channel]
+        known = term.channel.kind == "fitted" or any(name == CONSTANT or ranked(name) for name in others)
         shapes = self.terms[term.move][term.name]
         return shapes[..., 1:] if known and ranked(term.name) else shapes
 
@@ -245,8 +178,8 @@ class Side:
         """Places of shapes, and what terms make of their pieces ``# (S, places·pieces, ΣK)``."""
         places = list(dict.fromkeys(place for term in terms for place in term.channel.places))
         columns = [self.columns.new_zeros(len(self.columns), len(places) * PIECES, 0)]
-        for term in terms:
-            shapes = self.shapes_of(term, terms)
+        for number, term in enumerate(terms):
+            shapes = self.shapes_of(term, terms[:number])
             made = shapes.new_zeros(len(shapes), len(places), *shapes.shape[1:])
             for place, weight in zip(term.channel.places, self._weights(term.channel), strict=True):
                 made[:, places.index(place)] = shapes * weight

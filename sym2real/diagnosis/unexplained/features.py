@@ -22,7 +22,7 @@ from sym2real.logs import derive
 from sym2real.logs.conditions import signed_features
 from sym2real.logs.pose import attitudes
 from sym2real.trajectory import Array
-from sym2real.vocabulary import ATTITUDE, HEADING
+from sym2real.vocabulary import ATTITUDE
 
 # Of pieces: itself, the one behind, and the one before, so that each may be found by its number.
 MOVES = (0, 1, -1)
@@ -59,7 +59,7 @@ def within(columns: Array, log: NDArray[np.int64]) -> Array:
 def ahead_of(problem: Problem) -> Tensor | None:
     """Where the robot points in every piece, level, of length one ``# (S, pieces, 2)``; None where nobody knows."""
     layout = problem.segments.layout
-    if not (layout.has_field(ATTITUDE.name) or layout.has_field(HEADING.name)):
+    if not layout.has_field(ATTITUDE.name):
         return None
     first = np.array([[1.0, 0.0, 0.0]])
     ahead = [derive.to_world(attitudes(layout, log.state), first)[:, :2] for log in problem.data]

@@ -73,6 +73,8 @@ def split_in_words(names: Sequence[str], features: Array, target: Array, unit: s
 
     stump = DecisionTreeRegressor(max_depth=1, min_samples_leaf=len(target) // 20, random_state=0)
     tree = stump.fit(features, target).tree_
+    if tree.node_count == 1:  # so few pieces are unlike the others that no split is one
+        return f"{with_unit(float(target.mean()), unit)} on average"
     low, high = (float(tree.value[child].item()) for child in (tree.children_left[0], tree.children_right[0]))
     below = f"{with_unit(low, unit)} where {names[tree.feature[0]]} is below {tree.threshold[0]:.3g}"
     return f"{below}, {with_unit(high, unit)} above"

@@ -19,6 +19,7 @@ from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.unexplained.dependence import Terms
 from sym2real.diagnosis.unexplained.disturbance_terms import CONSTANT, Dependence, TermFit
 from sym2real.diagnosis.unexplained.leftover import Leftover, find_misfit, split_in_words
+from sym2real.plants import MujocoPlant
 from sym2real.report.leftover import measure, statement
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
 
@@ -77,6 +78,15 @@ def test_wind_of_every_flights_own_is_left_over_and_no_small_disturbance() -> No
         (least, weakest), (most, strongest) = (end.split(" N in ") for end in along_x.split(" and "))
         assert (weakest, strongest) == (logs[4].name, logs[0].name)
         assert [float(least), float(most)] == pytest.approx([-0.03, 0.03], rel=0.15)
+
+
+@pytest.mark.slow
+def test_wind_of_every_flights_own_is_left_over_beside_a_simulator_that_flies_less_of_it() -> None:
+    """The plain simulator flies eight seconds of each log: its segments are others than the logs'."""
+    winds = [(0.03, 0.0), (0.0, 0.03), (-0.02, 0.02), (0.01, -0.03), (-0.03, 0.0), (0.01, 0.01)]
+    logs = [flown("wind", {"fx": fx, "fy": fy}, number, 460) for number, (fx, fy) in enumerate(winds)]
+    found = diagnose(CRAZYFLIE.nominal(), Dataset(logs), MujocoPlant(CRAZYFLIE), exclude=OUT[1:])
+    assert {left.channel: left.explained_by for left in found.leftovers if left.matters} == {"fx": "log", "fy": "log"}
 
 
 @pytest.mark.slow

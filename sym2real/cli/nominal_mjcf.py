@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from rich.console import Console
 
-from sym2real.cli.nominal import DT, save_nominal
+from sym2real.cli.nominal import CAR_DT, save_nominal
 from sym2real.cli.numbers import OptionalPositive
 from sym2real.cli.of_logs import OfLogs
 from sym2real.cli.positionals import DescriptionFile, JsonFile, LogsOfModel
@@ -65,7 +65,7 @@ class NominalMjcf(OfLogs):
         with stages_progress() as show, telling(show):
             equations = robot.nominal()
         console.print(f"a log of it holds the time in s, in steps of about {robot.dt:g} s, and")
-        result = save_nominal(equations, self.out, console, None if self.dt else DT, columns_table(robot))
+        result = save_nominal(equations, self.out, console, None if self.dt else CAR_DT, columns_table(robot))
         if robot_of(equations) is None:
             console.print(
                 "note: the file needs others beside it (a field of heights), so no simulator goes with the model"

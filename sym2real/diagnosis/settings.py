@@ -37,7 +37,7 @@ class Settings:
 
     gain: float = _of(0.005, "tuned", "part of the held-out loss that an effect must save: null sets show 0.002")
     gain_beside: float = _of(0.01, "tuned", "the same beside another effect, whose form may be wrong: simulated logs")
-    gain_few: float = _of(0.03, "tuned", "the same beside another where logs are few, or of a constant: real logs")
+    gain_few: float = _of(0.03, "tuned", "the same beside another where logs are few: real logs")
     heavy_tails: float = _of(10.8, "theory", "χ² with one degree of freedom, 99.9 %: from here on tails are heavy")
     another_effect: float = _of(0.02, "tuned", "loss that one effect more must take: simulated")
     base_gain: float = _of(0.001, "tuned", "part of the loss that an effect of the base's own must save: learned bases")
@@ -45,7 +45,11 @@ class Settings:
     interval_floor: float = _of(0.03, "tuned", "relative half-width that a wrong form leaves: real logs, simulators")
     stiffness: float = _of(0.1, "tuned", "what the loop's stiffness adds to it where torques act: simulated flights")
     inseparable: float = _of(0.96, "theory", "part of the Fisher information shared: a correlation of 0.98")
-    clear: float = _of(0.3, "theory", "part of a finding that an alternative explains on a manoeuvre that parts them")
+    clear: float = _of(
+        0.3,
+        "theory",
+        "part of a finding, or of the loss, that speaks for it by itself",
+    )
 
     same: float = _of(0.02, "sensor", "relative difference of two numbers that a log or a model has for one thing")
     gap: float = _of(1.5, "sensor", "times: a step so long is two, an error so much larger worth a statement")

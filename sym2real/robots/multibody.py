@@ -11,7 +11,8 @@ name.
 
 Effects bind to these quantities: ``gravity_x``, ``gravity_y``, ``gravity_z`` (m/s², world axes); of joint J
 ``armature_J`` (kg or kg m², inertia that turns with its motor), ``damping_J`` and ``friction_J`` (dry, N or N m), and
-``link_mass_J`` (times the mass that the description gives its link); and ``load_S`` (kg, a point mass at site S).
+``link_mass_J`` (times the mass that the description gives its link), ``servo_gain_J`` (times its servo's gain); and
+``load_S`` (kg, a point mass at site S).
 """
 
 from collections.abc import Mapping, Sequence

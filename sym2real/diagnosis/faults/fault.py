@@ -21,7 +21,7 @@ class Fault:
         effect: key of the measurement effect that describes it; "" where none does.
         evidence: what shows it, one sentence; without an effect "what is wrong: what shows it".
         fix: what to change in the log, the driver or the sensor.
-        value: of the effect's parameter; None where there is no effect.
+        value: of the effect's parameter, or of ``columns``; else None.
         sensor: whether a sensor is so, which a model of the robot has too; false for how a log is written, or when.
         columns: commands in no unit that is known; ``value`` is then what is logged over what is meant.
     """

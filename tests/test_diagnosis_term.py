@@ -30,13 +30,13 @@ OUT = (
 @pytest.fixture(scope="module")
 def flights() -> Dataset:
     """Flights against a drag that the library has been robbed of."""
-    return simulate_case(Case("crazyflie", (("quadratic_drag", {"value": 0.05}),), seed=3), trajectories=8, rows=220)
+    return simulate_case(Case("crazyflie", (("quadratic_drag", {"value": 0.05}),), seed=3), trajectories=10, rows=300)
 
 
 @pytest.mark.slow
 def test_a_term_is_proposed_and_lowers_the_error_of_flights_not_seen(flights: Dataset, tmp_path: Path) -> None:
     base = CRAZYFLIE.nominal()
-    fitted, fresh = Dataset(list(flights)[:6]), Dataset(list(flights)[6:])
+    fitted, fresh = Dataset(list(flights)[:8]), Dataset(list(flights)[8:])
     found = diagnose(base, fitted, exclude=OUT)
     assert found.leftover is not None
     assert " N where " in found.leftover.term

@@ -48,7 +48,7 @@ class Settings:
     clear: float = _of(
         0.3,
         "theory",
-        "part of a finding, or of the loss, that speaks for it by itself",
+        "part of a finding that an alternative explains on a manoeuvre that parts them",
     )
 
     same: float = _of(0.02, "sensor", "relative difference of two numbers that a log or a model has for one thing")

@@ -8,8 +8,7 @@ An effect can be there and too small to matter beside what noise and disturbance
 centimetres under the noise of a localisation. As predictions do not bear it out, whole logs must tell it from trim,
 which differs from run to run, as surely as blocks tell a finding from chance, and no error may be larger with it. What
 is needed least is dropped first, because what stands for it may be needed then. What commands between the rows may have
-made of a factor stays, and is no answer: without it what they did would be taken for a disturbance. What saves a third
-of the loss stays as well, and is small where predictions do not need it.
+made of a factor stays, and is no answer: without it what they did would be taken for a disturbance.
 
 A robot that is held where it would not stay (a pole upright, an arm) moves little, and what its start is off by grows:
 predictions of the right model may be worse than that nothing changes, and worse than those of a wrong model of which it
@@ -143,7 +142,6 @@ def keep_needed(predicted: Predicted) -> Needed:
             if (rise := largest_rise(whole, other)) <= 1.0
             and not (predicted.established(selection.fit, candidate) and no_worse(whole, other))
             and not attenuated(selection, candidate, selection.fit)
-            and not _saves_much(selection, candidate)
         }
         if not rises:
             small = predicted.small_of(whole, others)
@@ -151,12 +149,6 @@ def keep_needed(predicted: Predicted) -> Needed:
         fewer = selection.without(selection.present, selection.chosen[min(rises, key=rises.__getitem__)])
         selection.put(fewer.chosen, fewer.fit)
     return Needed(tuple(candidate for candidate in before if candidate not in selection.chosen), small)
-
-
-def _saves_much(selection: Selection, candidate: Candidate) -> bool:
-    """Whether a third of the held-out loss goes with an effect: lost rows may hide it in predictions."""
-    without = selection.without(selection.present, candidate)
-    return selection.present.loss < (1.0 - SETTINGS.clear) * without.loss
 
 
 def _rise_without(whole: Rung, without: Rung) -> float:

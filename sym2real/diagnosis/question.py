@@ -83,14 +83,12 @@ class Examined:
 
     def rescaled(self, gains: Mapping[str, float]) -> Examined | None:
         """With the factors of such commands as a search knows them, by the gains that it found; None for the same."""
-        own = {fault.columns: fault.value for fault in self.checked.faults if {*fault.columns} & gains.keys()}
-        factors = {
-            columns: value / median(gains[name] for name in columns if name in gains)
-            for columns, value in own.items()
-            if value is not None
-        }
-        if all(isclose(factor, own[columns] or factor, rel_tol=SAME_FACTOR) for columns, factor in factors.items()):
+        scaled = ((fault.columns, fault.value) for fault in self.checked.faults if {*fault.columns} & gains.keys())
+        known = [(columns, value) for columns, value in scaled if value is not None]
+        beside = [median(gains[name] for name in columns if name in gains) for columns, _ in known]
+        if all(isclose(gain, 1.0, rel_tol=SAME_FACTOR) for gain in beside):
             return None
+        factors = {columns: value / gain for (columns, value), gain in zip(known, beside, strict=True)}
         aside = None if self.aside is None else self.aside.rescaled(factors)
         return replace(self, checked=self.checked.rescaled(factors), aside=aside)
 

@@ -45,11 +45,7 @@ class Settings:
     interval_floor: float = _of(0.03, "tuned", "relative half-width that a wrong form leaves: real logs, simulators")
     stiffness: float = _of(0.1, "tuned", "what the loop's stiffness adds to it where torques act: simulated flights")
     inseparable: float = _of(0.96, "theory", "part of the Fisher information shared: a correlation of 0.98")
-    clear: float = _of(
-        0.3,
-        "theory",
-        "part of a finding that an alternative explains on a manoeuvre that parts them",
-    )
+    clear: float = _of(0.3, "theory", "part of a finding that an alternative explains on a manoeuvre that parts them")
 
     same: float = _of(0.02, "sensor", "relative difference of two numbers that a log or a model has for one thing")
     gap: float = _of(1.5, "sensor", "times: a step so long is two, an error so much larger worth a statement")

@@ -29,7 +29,18 @@ from sympy import cos, sin
 
 from sym2real.effects import truth
 from sym2real.effects.body import Body
-from sym2real.effects.kind import NOT_NEGATIVE, POSITIVE, Domain, Kind, Numbers, Parameter, Values, of_any_body, several
+from sym2real.effects.kind import (
+    NOT_NEGATIVE,
+    POSITIVE,
+    Domain,
+    Kind,
+    Numbers,
+    Parameter,
+    Substitute,
+    Values,
+    of_any_body,
+    several,
+)
 from sym2real.effects.searching import Searching
 from sym2real.effects.terms import multiplied, raised
 from sym2real.effects.wrench import ALONE, INERTIA, apply_joint_force, braked, inertia
@@ -37,7 +48,7 @@ from sym2real.inertias import write_inertia
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.dry_friction import USUAL_DECELERATION, dry_friction
 from sym2real.trajectory import Array
-from sym2real.vocabulary import GRAVITY_COMPONENTS, quantity_of, rate_column
+from sym2real.vocabulary import GRAVITY_COMPONENTS, MechanicalQuantity, quantity_of, rate_column
 
 _of_joint = partial(Kind, robot="robot with joints", columns="joint")
 
@@ -211,6 +222,11 @@ def _heavier(spec: Any, body: Body, values: Numbers) -> None:
         write_inertia(spec.bodies[fixed], model, values["value"])
 
 
+def _multiplied(kind: MechanicalQuantity) -> Substitute:
+    """Of a joint's quantity so many times as much."""
+    return lambda equations, values, body: multiplied(equations, [quantity_of(kind, body.column)], values["value"])
+
+
 LINK_MASS = _of_joint(
     name="link_mass",
     stage="mass",
@@ -221,9 +237,7 @@ LINK_MASS = _of_joint(
     shown_by="several postures, and fast motion",
     fix="weigh the link, and put its mass into the description",
     inject=truth.editing(_heavier),
-    substitute=lambda equations, values, body: multiplied(
-        equations, [quantity_of("link_mass", body.column)], values["value"]
-    ),
+    substitute=_multiplied("link_mass"),
     needs=(quantity_of("link_mass", "{column}"),),
 )
 
@@ -247,9 +261,7 @@ SERVO_GAIN = _of_joint(
     shown_by="steps of the command, and postures that gravity loads",
     fix="set the servo's gain in the description (kp of a position actuator, kv of a velocity one)",
     inject=truth.editing(_stiffer),
-    substitute=lambda equations, values, body: multiplied(
-        equations, [quantity_of("servo_gain", body.column)], values["value"]
-    ),
+    substitute=_multiplied("servo_gain"),
     needs=(quantity_of("servo_gain", "{column}"),),
 )
 

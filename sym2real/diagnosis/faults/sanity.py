@@ -61,8 +61,7 @@ class Checked:
             if fault.columns in factors and fault.value is not None:
                 exact = Scaled(fault.columns, factors[fault.columns])
                 data = of_all(Scaled(fault.columns, exact.factor / fault.value), data)
-                words = f"{exact.name}: {scale_text(exact.factor, THAN)}"
-                faults[place] = replace(fault, evidence=words, fix=exact.fix(read), value=exact.factor)
+                faults[place] = _fault(Breach(exact, scale_text(exact.factor, THAN)), data, read)
         return replace(self, data=data, faults=tuple(faults))
 
 

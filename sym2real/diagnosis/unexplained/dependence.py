@@ -21,7 +21,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import islice
+from operator import itemgetter
 
 from torch import Tensor
 
@@ -39,9 +41,11 @@ from sym2real.diagnosis.unexplained.disturbance_terms import (
     Feature,
     Side,
     TermFit,
+    features_in,
     name_of_earlier,
     ranked,
-    varying_in,
+    shapes_among,
+    varying,
 )
 from sym2real.diagnosis.unexplained.features import part_of_changes
 from sym2real.diagnosis.unexplained.leftover import Leftover, split_in_words
@@ -88,10 +92,14 @@ class Terms:
             own: the base against the plain simulator.
         """
         problems, fit = selection.problems, selection.fit
-        features = varying_in(problems.problem)
+        everything = features_in(problems.problem)
+        features = varying(everything[0])
         channels = channels_of(problems.problem, spread, fit)
-        side = Side.of(problems.problem, spread, fit.values, fit, features)
-        flown = None if own is None else Side.of(own.problem, own.spread, own.values, fit, features)
+        side = Side.of(problems.problem, spread, fit.values, fit, shapes_among(everything, features))
+        flown = None
+        if own is not None:
+            there = shapes_among(features_in(own.problem), features)
+            flown = Side.of(own.problem, own.spread, own.values, fit, there)
         return cls(features, channels, side, flown, problems, fit)
 
     @property
@@ -138,17 +146,12 @@ class Terms:
         """
         whitening, folds = self.problems.whitening, self.problems.folds
         falls = [(judged.fall(folds), judged) for judged in self.judged(whitening, self.pairs)]
-        falls = sorted(falls, key=lambda pair: -pair[0])
-        most, best = falls[0] if falls else (0.0, None)
-
-        def order(pair: tuple[float, TermFit]) -> tuple[bool, ...]:
-            fall, (channel, name, _) = pair[0], pair[1].term
-            constant = best is not None and (channel, name) == (best.term.channel, CONSTANT)
-            alike = fall >= SETTINGS.nearly * most and not name.startswith(WHERE) and channel.axis is None
-            return not (constant and fall >= SETTINGS.mostly * most), not alike
-
-        ordered = (judged for fall, judged in sorted(falls, key=order) if fall > 0.0)
-        return list(islice(filter(self._likely, ordered), MOST_TERMS))
+        best = max(falls, key=itemgetter(0), default=None)
+        if best is None:
+            return []
+        ordered = sorted(falls, key=partial(_order, *best))
+        likely = (judged for fall, judged in ordered if fall > 0.0 and self._likely(judged))
+        return list(islice(likely, MOST_TERMS))
 
     def _likely(self, judged: TermFit) -> bool:
         """Whether a term goes beyond chance, and neither a step nor what was found hides it."""
@@ -232,6 +235,14 @@ class Terms:
         share, feature = float(values.var() / (values.var() + other**2)), self.features[name]
         words = split_in_words(feature.columns, feature.values, values, channel.unit)
         return replace(left, r2=share * confirmed, term=words)
+
+
+def _order(most: float, best: TermFit, pair: tuple[float, TermFit]) -> tuple[bool, bool, float]:
+    """Of a term with its fall: first the best one's constant, then those as good, then the others."""
+    fall, (channel, name, _) = pair[0], pair[1].term
+    constant = (channel, name) == (best.term.channel, CONSTANT) and fall >= SETTINGS.mostly * most
+    alike = fall >= SETTINGS.nearly * most and not name.startswith(WHERE) and channel.axis is None
+    return not constant, not alike, -fall
 
 
 def find_dependences(terms: Terms) -> tuple[Leftover, ...]:

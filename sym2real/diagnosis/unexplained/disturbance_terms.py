@@ -31,6 +31,7 @@ from sym2real.trajectory import Array
 CONSTANT = "constant"
 # Rows by which a command is looked back at.
 EARLIER = (1, 3, 9)
+Shapes = tuple[dict[str, Tensor], ...]
 SMALLEST = 1e-12  # range of a feature, in its unit, that is rounding
 
 
@@ -77,10 +78,19 @@ def features_in(problem: Problem) -> tuple[dict[str, Feature], ...]:
     return {CONSTANT: Feature(CONSTANT, (), np.empty((len(logs), 0))), **here}, *around
 
 
-def varying_in(problem: Problem) -> dict[str, Feature]:
-    """Those of the pieces themselves that vary, and the constant."""
-    features = features_in(problem)[0]
+def varying(features: dict[str, Feature]) -> dict[str, Feature]:
+    """Those that vary, and the constant."""
     return {name: own for name, own in features.items() if name == CONSTANT or np.ptp(own.values) > SMALLEST}
+
+
+def shapes_among(features: tuple[dict[str, Feature], ...], among: dict[str, Feature]) -> Shapes:
+    """Shapes of terms by the feature's name ``# (S, pieces, K)``, in the order of ``MOVES``.
+
+    Args:
+        features: of a data set, as of :func:`features_in`.
+        among: features of the logs, whose ranks count; others make no term.
+    """
+    return tuple({name: own.shapes(among[name]) for name, own in moved.items() if name in among} for moved in features)
 
 
 def name_of_earlier(command: str) -> str:
@@ -116,7 +126,7 @@ class Side:
         spread: of the covariance.
         shapes: derivatives of the residuals, over every piece, by disturbances, by what measurements are off by, and by
             parameters that were found ``# (S, R, D, pieces)``.
-        terms: shapes of every term, by the feature's name, of :func:`features_in` ``# (S, pieces, K)``.
+        terms: shapes of every term, of :func:`shapes_among`.
         ahead: where the robot points, level ``# (S, pieces, 2)``; None where nobody knows.
         logs: name of every segment's log.
     """
@@ -124,12 +134,12 @@ class Side:
     columns: Tensor
     spread: Spread
     shapes: Tensor
-    terms: tuple[dict[str, Tensor], ...]
+    terms: Shapes
     ahead: Tensor | None
     logs: tuple[str, ...]
 
     @classmethod
-    def of(cls, problem: Problem, spread: Spread, values: Tensor, fit: Fit, among: dict[str, Feature]) -> Side:
+    def of(cls, problem: Problem, spread: Spread, values: Tensor, fit: Fit, terms: Shapes) -> Side:
         """At a parameter set ``# (P,)``.
 
         Args:
@@ -137,7 +147,7 @@ class Side:
             spread: of it.
             values: the parameter set ``# (P,)``.
             fit: of what was found.
-            among: features of the logs, whose ranks count.
+            terms: of :func:`shapes_among`.
         """
         (columns,) = problem.linearised(values[None], [fit.whole])
         slopes = columns[..., 1 : 1 + len(fit.free), None] / PIECES  # a step everywhere is one of all pieces
@@ -146,10 +156,6 @@ class Side:
         offsets = shape.repeat(problem.segments.length, 1)[None, ..., None].expand(len(columns), -1, -1, PIECES)
         slopes = slopes.expand(*slopes.shape[:-1], PIECES)
         shapes = torch.cat([spread.disturbances, offsets, slopes], dim=2)
-        terms = tuple(
-            {name: feature.shapes(among[name]) for name, feature in moved.items() if name in among}
-            for moved in features_in(problem)
-        )
         return cls(columns, spread, shapes, terms, ahead_of(problem), problem.log_names)
 
     def products(self, whitening: Whitening) -> Tensor:

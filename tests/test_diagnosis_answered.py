@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from carriage import Regulator, carriage
 from mujoco import MjData
 
 from sym2real.dataset import Dataset
@@ -21,14 +22,10 @@ from sym2real.protocols import Change
 from sym2real.robots import Robot
 from sym2real.trajectory import Array, Trajectory
 
-RAIL = """<mujoco><option timestep="0.001" integrator="implicitfast"/><worldbody><body>
-<joint name="rail" type="slide" axis="1 0 0" damping="0.5" range="-9 9"/>
-<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>
-</body></worldbody><actuator><motor name="drive" joint="rail" ctrlrange="-9 9"/></actuator></mujoco>"""
 LOGS, ROWS, MEMORY = 8, 500, 0.98  # of a push from millisecond to millisecond: 0.05 s
 
 
-class Lagging:
+class Lagging(Regulator):
     """A regulator whose force follows late, and trembles."""
 
     def __init__(self, rng: np.random.Generator) -> None:
@@ -37,9 +34,6 @@ class Lagging:
     def reset(self) -> None:
         """It forgets its force."""
         self.force = 0.0
-
-    def remember(self, sent: Array) -> None:
-        """There is nothing to note."""
 
     def act(self, state: Array, step: int, inputs: Array | None = None) -> Array:
         wanted = -6.0 * state[0] - 4.0 * state[1] + self.rng.normal()
@@ -70,8 +64,7 @@ def left_in(robot: Robot, depends: float) -> Terms:
 
 @pytest.mark.parametrize("depends", [0.0, -0.8])
 def test_what_a_controller_answers_is_no_dependence_on_its_command(depends: float, tmp_path: Path) -> None:
-    (file := tmp_path / "rail.xml").write_text(RAIL)
-    terms = left_in(Robot.from_mjcf(file, dt=0.02), depends)
+    terms = left_in(carriage(tmp_path, damping=0.5, most=9.0), depends)
     assert len(terms.promising()) > 1  # a command follows the push all the same
     first = [left.explained_by for left in find_dependences(terms)][:1]
     assert first == (["drive"] if depends else [])

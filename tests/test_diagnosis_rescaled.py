@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from carriage import Regulator, carriage
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import diagnose
@@ -15,24 +16,14 @@ from sym2real.plants import MujocoPlant, run_episode
 from sym2real.robots import Robot
 from sym2real.trajectory import Array, Trajectory
 
-RAIL = """<mujoco><option timestep="0.001" integrator="implicitfast"/><worldbody><body>
-<joint name="rail" type="slide" axis="1 0 0" damping="2" range="-9 9"/>
-<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>
-</body></worldbody><actuator><motor name="drive" joint="rail" ctrlrange="-20 20"/></actuator></mujoco>"""
 LOGGED, NOISE = 0.05, np.array([2e-3, 0.15])
 
 
-class AnswersNoise:
+class AnswersNoise(Regulator):
     """A regulator of what its sensors report, so that its command goes with their noise."""
 
     def __init__(self, rng: np.random.Generator) -> None:
         self.rng, self.reported, self.goal = rng, list[Array](), 0.0
-
-    def reset(self) -> None:
-        """There is nothing to forget."""
-
-    def remember(self, sent: Array) -> None:
-        """There is nothing to note."""
 
     def act(self, state: Array, step: int, inputs: Array | None = None) -> Array:
         self.goal = self.rng.uniform(-1.0, 1.0) if step % 40 == 0 else self.goal
@@ -47,8 +38,7 @@ def driven(robot: Robot, number: int) -> Trajectory:
 
 
 def test_the_factor_of_a_healthy_robots_command_is_told_exactly_and_no_gain_beside_it(tmp_path: Path) -> None:
-    (file := tmp_path / "rail.xml").write_text(RAIL)
-    robot = Robot.from_mjcf(file, dt=0.02)
+    robot = carriage(tmp_path, damping=2.0, most=20.0)
     logs = Dataset(driven(robot, number) for number in range(4))
     (first,) = check(robot.nominal(), logs).faults
     assert first.columns == ("drive",)

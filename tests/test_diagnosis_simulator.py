@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from carriage import Regulator, carriage
 from noisy_flights import flights_with
 from standard_set import Case, simulate_case
 
@@ -14,7 +15,7 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis.estimate.simulator import NO_SIMULATOR, NOT_FLOWN, flown_along, with_effects_of
 from sym2real.effects import effect
 from sym2real.plants import MujocoPlant, run_episode
-from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, Robot
+from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS
 
 
 @pytest.mark.parametrize(("times", "slower"), [(0.5, 1.0), (1.01, 1.0), (3.0, 3.0)])
@@ -61,23 +62,11 @@ def test_a_flight_of_less_than_a_hundred_rows_calibrates_nothing(rows: int, *, f
     assert flown is None or [own.name for own in flown] == [log.name]
 
 
-RAIL = """<mujoco><option timestep="0.001" integrator="implicitfast"/><worldbody><body>
-<joint name="rail" type="slide" axis="1 0 0" damping="1" stiffness="2" range="-9 9"/>
-<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>
-</body></worldbody><actuator><motor name="drive" joint="rail" ctrlrange="-5 5"/></actuator></mujoco>"""
-
-
-class Sent:
+class Sent(Regulator):
     """Commands one after the other, whatever happens."""
 
     def __init__(self, commands: np.ndarray) -> None:
         self.commands = commands
-
-    def reset(self) -> None:
-        """There is nothing to forget."""
-
-    def remember(self, sent: np.ndarray) -> None:
-        """There is nothing to note."""
 
     def act(self, state: np.ndarray, step: int, inputs: np.ndarray | None = None) -> np.ndarray:
         return self.commands[step]
@@ -98,8 +87,7 @@ def test_where_a_regulator_does_something_else_what_was_sent_is_sent_again(
     place: float, tremble: float, tmp_path: Path
 ) -> None:
     """A carriage on a spring of 2 N/m is held where it does not rest, by a force that trembles or does not."""
-    (file := tmp_path / "rail.xml").write_text(RAIL)
-    robot, rng = Robot.from_mjcf(file, dt=0.02), np.random.default_rng(0)
+    robot, rng = carriage(tmp_path, damping=1.0, most=5.0, stiffness=2.0), np.random.default_rng(0)
     pushes = 2.0 * place + tremble * np.repeat(rng.uniform(-1.0, 1.0, (8, 1)), 20, axis=0)
     log = run_episode(MujocoPlant(robot), Sent(pushes), start=np.array([place, 0.0]), steps=len(pushes))
     flown, _ = flown_along(robot.nominal(), MujocoPlant(robot), Dataset([log]))

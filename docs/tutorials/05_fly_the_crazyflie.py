@@ -24,16 +24,7 @@ save_model(robot.nominal(), "model")
 seconds = "3" if SHORT else "10"
 command = ["-m", "hardware.run", "crazyflie", "model", "hover", "--sim", "--seconds", seconds, "--samples", "64"]
 # A busy machine may be late; a real flight keeps the limits as they are.
-patient = [
-    "--limits.late",
-    "0.4",
-    "--limits.pose-age",
-    "0.4",
-    "--limits.attitude-age",
-    "0.4",
-    "--limits.overruns",
-    "10000",
-]
+patient = [f"--limits.{age}=0.4" for age in ("late", "pose-age", "attitude-age")] + ["--limits.overruns=10000"]
 subprocess.run([sys.executable, *command, *patient, "--out", "flight"], check=True)
 
 # The folder holds the whole record and the part that MPPI flew, which is a log like any other. Where the computer

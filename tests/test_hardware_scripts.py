@@ -16,6 +16,7 @@ from hardware.command_line import main as run_verb
 from hardware.crazyflie.laboratory import CrazyflieLaboratory
 from hardware.crazyflie.thrust_map import THRUST_MAPS
 from hardware.interfaces import Reading
+from hardware.recorder import STAGES
 from hardware.run import Run
 from hardware.safety import Limits
 from sym2real.errors import DataError, ModelError, ShapeError
@@ -54,7 +55,10 @@ def test_a_flight_from_check_to_comparison(model: str, tmp_path: Path) -> None:
     record, task = read_table(out / "flight.parquet").columns, read_table(out / "hover.csv").columns
     assert record["z"][-1] < 0.06
     assert set(record["stage"]) == {0.0, 1.0, 2.0}
-    assert len(task["z"]) == 200
+    in_task = record["stage"] == STAGES["task"]
+    assert in_task.sum() == 200
+    # On a machine that others use, motion capture may have had a gap: no velocity is known right after one.
+    assert len(task["z"]) == np.isfinite(record["vz"][in_task]).sum() > 150
     assert task["z"].mean() < 0.99  # MPPI believes the model: the drone hangs below the place
     about = yaml.safe_load((out / "flight.yaml").read_text())
     assert about["ended"] == "the task is over"

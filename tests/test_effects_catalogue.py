@@ -286,3 +286,12 @@ def test_ground_effect_reaches_as_high_as_a_robot_is_large(mass: float) -> None:
     after = lifted.predict([*state.values()], [mass * 9.81, 0.0, 0.0, 0.0])
     gained = float(after[lifted.layouts.state.index("vz")]) / lifted.dt
     assert gained == pytest.approx(9.81 * 0.5 / np.e, rel=1e-6)
+
+
+def test_below_the_height_zero_the_ground_is_no_nearer() -> None:
+    """Heights may count from a take-off: six metres down thrust was 1e11 times as large."""
+    lifted = add(CRAZYFLIE.nominal(), "ground_effect", {"value": 0.5})
+    state = dict.fromkeys(lifted.layouts.state, 0.0) | {"qw": 1.0}
+    climbs = [lifted.predict([*(state | {"z": z}).values()], [0.26, 0.0, 0.0, 0.0]) for z in (0.0, -0.1, -6.0)]
+    vertical = [float(after[lifted.layouts.state.index("vz")]) for after in climbs]
+    assert vertical == pytest.approx([vertical[0]] * 3)

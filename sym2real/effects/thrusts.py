@@ -18,7 +18,8 @@ V₀ is where the thrust map holds: the number ``full_battery`` of the equations
 ``rotor_loss``. One rotor gives less: (1 - ℓ) of its thrust, and the torques that follow.
 
 ``ground_effect``. More thrust near the ground: T (1 + g e^(-z/h)), h 0.07 m of a Crazyflie, and of another robot as
-many times that as it is larger, by the cube root of its mass.
+many times that as it is larger, by the cube root of its mass. Heights of a log may count from elsewhere: below zero the
+ground is as near as at zero.
 """
 
 import math
@@ -278,12 +279,12 @@ def _reach(body: Body) -> float:
 
 
 def _lift(data: Any, body: Body, values: Numbers) -> None:
-    height = float(data.qpos[2])
+    height = max(float(data.qpos[2]), 0.0)
     truth.scale_thrust(data, 1.0 + values["value"] * float(np.exp(-height / _reach(body))))
 
 
 def _ground_effect_substitute(equations: Equations, values: Values, body: Body) -> Equations:
-    return scaled(equations, 1 + values["value"] * exp(-symbol("z") / _reach(body)))
+    return scaled(equations, 1 + values["value"] * exp(-Max(symbol("z"), 0) / _reach(body)))
 
 
 GROUND_EFFECT = _of_rotorcraft(

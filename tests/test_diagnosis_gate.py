@@ -152,6 +152,24 @@ def test_what_changes_no_prediction_is_not_missing() -> None:
     assert verdict(Parts((), (delay,), (), gate), problems, finished=False) == "CANNOT_TELL"
 
 
+def test_a_small_effect_is_no_answer_beside_one_of_another_form() -> None:
+    """Five grams more in two of six flights were a limit of the thrust: 2 ms of motor lag were sure."""
+    gate, problems = Gate(stage("base", 1.0, 1.0), stage("+ limit", 0.5, 1.0)), problems_of(800)
+    limit, lag = (
+        Finding("limit:thrust", {}, 0.4),
+        Finding("motor_lag", {"value": about(0.002, 0.001, "s")}, 0.5, small=True),
+    )
+    left = (Leftover("in log2, log5 alone", "limit:thrust", 0.4, "", motion=0.5, instead="added_mass"),)
+    assert verdict(Parts((), (limit, lag), (), gate), problems) == "EFFECT"
+    assert verdict(Parts((), (limit, lag), left, gate), problems) == "UNEXPLAINED"
+    assert verdict(Parts((), (limit, replace(lag, small=False)), left, gate), problems) == "EFFECT"
+    said = summary("UNEXPLAINED", Parts((), (limit, lag), left, gate))
+    assert "in all of the logs alike: what added_mass in log2, log5 alone explains better than limit:thrust" in said
+    assert said.endswith(
+        "small: motor_lag (value 0.0020 ± 0.0020 s), beyond chance, and no error is larger by a tenth without it."
+    )
+
+
 def test_where_predictions_judge_nothing_an_effect_is_no_answer_beside_what_is_left() -> None:
     """A thrust that was logged in no unit: the model falls, with a lag of its motors or without."""
     ends = [replace(stage(name, 3.0, 1.0), beats_hold=False) for name in ("base", "+ motor_lag")]

@@ -45,6 +45,7 @@ def verdict(
     stays, or if nothing else is missing.
     Nor is it one where something is left and errors that fall with the findings stay far from what noise and
     disturbances make, or most of the misfit or of every judged error stays.
+    Beside a finding that is :func:`of_another_form` a small one is no answer.
     What is left where no error is surely larger than noise alone makes it is no reason for another answer.
     Nothing is missing where no error is larger by a tenth without any of the findings, nor without all of them. What
     commands between the rows may have done is no effect, nor is a threshold that leaves something of its command.
@@ -58,7 +59,8 @@ def verdict(
     findings, leftovers, gate = parts.findings, parts.leftovers, parts.gate
     shown = [times > 1.0 for times, _ in beyond_times(parts.ladder, parts.floor, 0.0)]
     unexplained = any(leftover.matters for leftover in leftovers) and (any(shown) or not shown)
-    clear = any(not (finding.doubtful or of_another_form(finding, leftovers)) for finding in findings)
+    formed = [finding for finding in findings if not of_another_form(finding, leftovers)]
+    clear = any(not (finding.doubtful or (finding.small and len(formed) < len(findings))) for finding in formed)
     removed = sum(finding.share for finding in findings)
     before, after = misfit
     left = (after - 1.0) / max(before - 1.0, 1e-12) if after > SETTINGS.far else 0.0

@@ -41,7 +41,8 @@ def summary(answer: Verdict, parts: Parts, interrupted: str = "") -> str:
         clauses += established if gate.passed else [*_beside(findings, gate), *rest]
         clauses += [] if findings or left else [f"beside that {_nothing(parts)}"]
     elif answer == "UNEXPLAINED":
-        clauses.append(f"something is missing that none of the tested effects explains: {' and '.join(left)}")
+        alike = " in all of the logs alike" if any(leftover.instead for leftover in leftovers) else ""
+        clauses.append(f"something is missing that none of the tested effects explains{alike}: {' and '.join(left)}")
         clauses += [*_beside(findings, gate, leftovers), *minor]
     elif answer == "NOTHING_MISSING":
         clauses += [_nothing(parts), *rest, *_small(findings)]
@@ -109,6 +110,8 @@ def _beside(findings: Sequence[Finding], gate: Gate, leftovers: Sequence[Leftove
     rest = [finding for finding in findings if finding not in others]
     form = "what is left stands in its place, or still depends on the same command: the robot lacks another form"
     parts = [f"beside it {_beyond_chance(others)}, but {form}"] if others else []
+    if others and all(finding.small for finding in rest):
+        return [*parts, *_small(rest)]
     return [*parts, f"beside it {_beyond_chance(rest)}, but {_not_borne_out(rest, gate)}"] if rest else parts
 
 

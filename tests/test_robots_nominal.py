@@ -399,6 +399,8 @@ def test_a_guess_is_written_down_and_a_given_number_is_not() -> None:
     assert quadrotor(None, (0.01, 0.01, 0.02), rate_gains=loop).notes == (PER_KILOGRAM,)
     (guessed,) = quadrotor(1.0, (0.01, 0.01, 0.02)).notes
     assert "50 50 20 1/s" in guessed
+    (measured,) = quadrotor(0.03, (1.43e-5, 1.43e-5, 2.89e-5), rate_gains=loop).notes
+    assert "above the sum of the others" in measured
     hovering = step(quadrotor(1.2, interface="motors"), state13(z=1.0), [0.5] * 4)
     np.testing.assert_allclose(hovering, state13(z=1.0), atol=1e-12)
     scaled = quadrotor(0.027)

@@ -80,12 +80,17 @@ def of_the_model(
 
     Of a servo that answers a command within a row the rates at rows are not those in between.
     """
+    predicted = predictions(model, data, horizon)
+    return {reading.column: reading for reading in readings(predicted, honest)} if predicted else {}
+
+
+def predictions(model: Equations, data: Dataset, horizon: float | None = None) -> Dataset | None:
+    """A model's own predictions of what its sensors measure, along logs; None without a number."""
     try:
         predicted = Dataset(simulate(replace(model, output={}), log, horizon) for log in data)
     except Sym2RealError:  # of other columns, or of rows nearer than the model's steps
-        return {}
-    finite = all(np.isfinite(log.state).all() for log in predicted)
-    return {reading.column: reading for reading in readings(predicted, honest)} if finite else {}
+        return None
+    return predicted if all(np.isfinite(log.state).all() for log in predicted) else None
 
 
 def _beside(own: Mapping[str, Reading], reading: Reading) -> Reading:

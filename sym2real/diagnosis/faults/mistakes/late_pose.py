@@ -4,33 +4,37 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.faults.fault import Fault, Settled
 from sym2real.diagnosis.faults.mistakes.balance import Balances, chance, missed_beside_drag
 from sym2real.diagnosis.faults.mistakes.transformation import Late, mended, of_all
-from sym2real.diagnosis.faults.sensor_faults import of_the_model
+from sym2real.diagnosis.faults.sensor_faults import predictions
 from sym2real.diagnosis.faults.sensor_readings import PATH, Reading, measured_by, readings
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.layout import Layout
 from sym2real.logs.sources import AsRead
+from sym2real.logs.wheel_speed import made_of_wheel
 from sym2real.symbolic import Equations
+from sym2real.trajectory import Array
 from sym2real.vocabulary import ATTITUDE, HEADING, POSITION, VELOCITY
 
 POSE, POINTING = "pose", (ATTITUDE.columns, HEADING.columns)
+ANSWERING, TINY = 4, 1e-9  # rows in which a rate answers, a late command's too
 
 
 def behind_their_rates(model: Equations | None, data: Dataset) -> Settled:
     """What all its rates are ahead of: no sensor reports what is still to come, so it is late itself.
 
-    By more than in the model's own predictions: a rate that changes at once is half a row ahead of what it turns.
+    By more than what rates at rows are in between makes of it (:func:`_by_holding`).
     """
     given, lates, asked = data, list[tuple[Late, str]](), set[str]()
     balances = Balances.of(model, data) if model else None
     while shifted := [reading for reading in _shifted(data) if reading.of not in asked]:
         asked |= {measured := shifted[0].of}  # of a heading that has been mended velocities have turned
-        predicted = of_the_model(model, data, honest=0.0) if model else {}
-        own = {column: reading.shift for column, reading in predicted.items()}
+        predicted = predictions(model, data) if model else None
+        own = _by_holding(predicted, data) if predicted else {}
         ahead = {rate.column: own.get(rate.column, 0.0) - rate.shift for rate in shifted if rate.of == measured}
         if min(ahead.values()) < SETTINGS.part_of_a_row * data.dt:
             continue
@@ -46,6 +50,30 @@ def behind_their_rates(model: Equations | None, data: Dataset) -> Settled:
                 data = mended
                 break
     return _by_common_clock(lates, given)
+
+
+def _by_holding(predicted: Dataset, data: Dataset) -> dict[str, float]:
+    """By how much rates of honest logs seem late, s: those at rows are not those in between.
+
+    A rate that answers its command at once is what turns the robot in the row before, and so half a row late. One of
+    which a row sees the part p of the answer, the rest decaying by 1 - p a row, has reached after k rows what it would,
+    less (1 - p)^k; the trapezoidal rule through that is off the exponential's integral by Δt (1/p - 1/2 + 1/ln(1 - p)).
+    A model may have no servo where a robot has one, so the part is what the log shows of the model's answer.
+    """
+    own = {reading.column: reading.shift for reading in readings(predicted, honest=0.0)}
+    for column in own.keys() & {*data.layouts.state}:
+        answers = _answers([log.column(column) for log in predicted], [log.column(column) for log in data])
+        part = min(answers.max() / answers.sum(), 1.0 - TINY) if answers.sum() > 0.0 else 1.0 - TINY
+        own[column] = min(own[column], data.dt * (1.0 / part - 0.5 + 1.0 / np.log1p(-part)))
+    return own
+
+
+def _answers(commanded: Sequence[Array], measured: Sequence[Array]) -> Array:
+    """What every row sees of the answer to a change, by rows since then ``# (ANSWERING,)``."""
+    windows = [sliding_window_view(np.diff(own), ANSWERING)[:, ::-1] for own in commanded]
+    changes = [np.diff(own)[ANSWERING - 1 :] for own in measured]
+    found: Array = np.linalg.lstsq(np.concatenate(windows), np.concatenate(changes), rcond=None)[0]
+    return found
 
 
 def _by_common_clock(lates: Sequence[tuple[Late, str]], data: Dataset) -> Settled:
@@ -88,7 +116,8 @@ def with_its_place(late: Late, data: Dataset, balances: Balances | None) -> Late
     moves = state.has_field(POSITION.name) and state.has_field(VELOCITY.name)
     if balances is None or late.columns not in POINTING or not moves:
         return late
-    places = tuple(name for name in (*POSITION.columns, *VELOCITY.columns) if name in state)
+    velocities = () if made_of_wheel(data) else VELOCITY.columns  # a wheel is no part of what measures the pose
+    places = tuple(name for name in (*POSITION.columns, *velocities) if name in state)
     pose, alone = replace(late, what=POSE, columns=(*late.columns, *places)), of_all(late, data)
     versions = of_all(pose, data), alone, of_all(replace(late, columns=places, rows=1.0), alone)
     whole, still, filtered = (missed_beside_drag(balances.inside(logs)) for logs in versions)

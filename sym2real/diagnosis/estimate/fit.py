@@ -20,7 +20,7 @@ from torch import Tensor
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.segments import blocks_of, folds_of, summed
-from sym2real.diagnosis.estimate.quadratic import Fit, Free, Hypothesis, solve
+from sym2real.diagnosis.estimate.quadratic import Fit, Free, Hypothesis, solve_within
 from sym2real.diagnosis.estimate.whitening import Spread, Whitening, free_start
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
@@ -135,7 +135,7 @@ class Problems:
             waiting = [i for i, is_open in enumerate(open_fits) if is_open]
             if not waiting:
                 break
-            steps_to = [solve(fits[i].curvature.sum(0), -fits[i].gradient.sum(0)) for i in waiting]
+            steps_to = [self.best_step(fits[i]) for i in waiting]
             around = zip(waiting, steps_to, strict=True)
             trials = [self.moved(fits[i], step * part) for i, step in around for part in LINE_SEARCH]
             losses = self.totals(trials).reshape(len(waiting), -1)
@@ -211,17 +211,21 @@ class Problems:
     def _steps_of_others(self, fit: Fit) -> Tensor:
         """For every fold the step to the minimum of the quadratic model of the other folds ``# (folds, A)``."""
         others_g, others_h = fit.gradient.sum(0) - fit.gradient, fit.curvature.sum(0) - fit.curvature
-        return self._within(fit, solve(others_h, -others_g)) if fit.whole else others_g
+        return self._lowest(fit, others_h, others_g) if fit.whole else others_g
 
-    def _within(self, fit: Fit, step: Tensor) -> Tensor:
-        """The step, cut where it leaves the bounds."""
+    def _lowest(self, fit: Fit, curvature: Tensor, gradient: Tensor) -> Tensor:
+        """Step to the minimum of quadratic models within bounds ``# (..., A)``.
+
+        What would leave its bounds ends there, and the others are solved for beside that, until none leaves them.
+        """
         (low, high), slots = self._bounds(fit), list(fit.whole)
         values, unit = fit.values[slots], self.library.scale[slots]
-        return torch.minimum(torch.maximum(step, (low - values) / unit), (high - values) / unit)
+        low, high = ((bound - values) / unit for bound in (low, high))
+        return solve_within(curvature, -gradient, low, high)
 
     def best_step(self, fit: Fit) -> Tensor:
         """Step to the quadratic model's minimum within bounds ``# (A,)``."""
-        return self._within(fit, solve(fit.curvature.sum(0), -fit.gradient.sum(0)))
+        return self._lowest(fit, fit.curvature.sum(0), fit.gradient.sum(0))
 
     def sure_step(self, fit: Fit, whole: Fit) -> Tensor:
         """As much of the best step, if any, as the quadratic model of all segments holds for ``# (A,)``.

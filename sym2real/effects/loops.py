@@ -142,7 +142,7 @@ def _stiffen(spec: Any, body: Body, values: Numbers) -> None:
             _multiply_stiffness(actuator, values["value"] * yaw)
 
 
-_STIFFER = partial(Parameter, unit="1", null=1.0, low=0.1, high=5.0, scale=0.2, domain=POSITIVE)
+_STIFFER = partial(Parameter, unit="1", null=1.0, low=0.1, high=10.0, scale=0.2, domain=POSITIVE)
 
 RATE_LOOP_GAIN = Kind(
     name="rate_loop_gain",

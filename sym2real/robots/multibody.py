@@ -6,8 +6,8 @@ Continuous time, for coordinates q and their rates::
 
 M by the composite-rigid-body algorithm, c by recursive Newton–Euler (:mod:`sym2real.robots.spatial`), q̈ by
 elimination. Discrete time: the classical Runge–Kutta method in as many parts of a period as the joint needs that brakes
-fastest, in whatever pose, actions and forces held: local error fifth order. Every lengthy intermediate result has a
-name.
+fastest, in whatever pose, actions and forces held: local error fifth order; of few joints in parts of a few
+milliseconds, because dry friction takes half a part to stop them. Every lengthy intermediate result has a name.
 
 Effects bind to these quantities: ``gravity_x``, ``gravity_y``, ``gravity_z`` (m/s², world axes); of joint J
 ``armature_J`` (kg or kg m², inertia that turns with its motor), ``damping_J`` and ``friction_J`` (dry, N or N m), and
@@ -16,6 +16,7 @@ Effects bind to these quantities: ``gravity_x``, ``gravity_y``, ``gravity_z`` (m
 """
 
 from collections.abc import Mapping, Sequence
+from math import ceil
 
 import mujoco
 import numpy as np
@@ -36,6 +37,10 @@ from sym2real.vocabulary import GRAVITY_COMPONENTS, quantity_of, rate_column
 
 # Every part has all of the equations once more.
 MOST_PARTS = 8
+# Dry friction stops a joint within half a part, so that it begins and ends sharply in parts this short, s; as far as
+# squares of the number of joints, by which equations grow, times parts stay within this.
+SHARP, SHORT = 0.005, 16
+ROUNDING = 1e-9
 TOO_FAST = (
     "somewhere in the joints' ranges a joint is so light that it rests within a small part of a period: predictions "
     "there may run away; narrow the range, give the joint its armature, or take a shorter --dt"
@@ -68,7 +73,8 @@ def multibody(model: mujoco.MjModel, layouts: Layouts, actions: Mapping[str, str
     brakes = np.diag(braking(model))
     start, *poses = (fastest(inertia, brakes) for inertia in columns.inertias_over_range(model))
     needed = parts_of(max(start, *poses), dt)
-    build = Build({}, dt, min(needed, max(MOST_PARTS, parts_of(start, dt))))
+    sharp = min(ceil(dt / SHARP - ROUNDING), MOST_PARTS, SHORT // len(links) ** 2)
+    build = Build({}, dt, max(sharp, min(needed, max(MOST_PARTS, parts_of(start, dt)))))
     build.quantities |= {
         name: as_expression(value) for name, value in zip(GRAVITY_COMPONENTS, model.opt.gravity, strict=True)
     }

@@ -123,10 +123,18 @@ class Problems:
 
     def fit(self, hypotheses: Sequence[Hypothesis], steps: int = STEPS) -> list[Fit]:
         """Gauss–Newton with a line search, all hypotheses in one rollout per step; what was asked before is known."""
+        hypotheses = [self._within_nuisance(hypothesis) for hypothesis in hypotheses]
         asked = [(hypothesis.free, hypothesis.values.numpy().tobytes(), steps) for hypothesis in hypotheses]
         new = {key: hypothesis for key, hypothesis in zip(asked, hypotheses, strict=True) if key not in self._known}
         self._known.update(zip(new, self._fit(list(new.values()), steps), strict=True))
         return [self._known[key] for key in asked]
+
+    def _within_nuisance(self, hypothesis: Hypothesis) -> Hypothesis:
+        """The same from where nuisance is within its bounds: as a finding beside others it may have been beyond."""
+        values = hypothesis.values.clone()
+        for slot in self.nuisance.keys() - {*hypothesis.free}:
+            values[slot] = values[slot].clamp(*self.nuisance[slot])
+        return replace(hypothesis, values=values)
 
     def _fit(self, hypotheses: Sequence[Hypothesis], steps: int) -> list[Fit]:
         fits = self.quadratics(hypotheses)

@@ -44,7 +44,7 @@ def verdict(
     Where predictions judge nothing, an effect is the answer if errors fall all the same and no tenth of a large misfit
     stays, or if nothing else is missing.
     Nor is it one where something is left and errors that fall with the findings stay far from what noise and
-    disturbances make, or most of the misfit or of every judged error stays.
+    disturbances make and more than a hundredth of the misfit stays, or most of it or of every judged error.
     Beside a finding that is :func:`of_another_form` a small one is no answer.
     What is left where no error is surely larger than noise alone makes it is no reason for another answer.
     Nothing is missing where no error is larger by a tenth without any of the findings, nor without all of them. What
@@ -70,7 +70,8 @@ def verdict(
         or removed < SETTINGS.mostly
         or (gate.best is not None and gate.best.part < SETTINGS.mostly)
     )
-    far = stays or any(name in gate.falling for _, name in beyond_times(parts.ladder, parts.floor, SETTINGS.far))
+    beyond = any(name in gate.falling for _, name in beyond_times(parts.ladder, parts.floor, SETTINGS.far))
+    far = stays or (beyond and after - 1.0 >= SETTINGS.negligible * (before - 1.0))
     established = clear and gate.passed and not (unexplained and (far or not borne_out))
     if problems.block_count < SETTINGS.fewest_pieces or not (finished or established):
         return "CANNOT_TELL"

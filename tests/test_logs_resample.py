@@ -198,6 +198,25 @@ def test_a_gap_is_refused_with_its_place_or_split(tmp_path: Path) -> None:
     assert pieces.transitions().state.shape[0] == len(time) - 3
 
 
+@pytest.mark.parametrize("dt", [0.02, None])
+def test_runs_whose_clock_begins_anew_in_one_file_are_logs_of_their_own(tmp_path: Path, dt: float | None) -> None:
+    """As an id column beside them tells; each is what its rows are in a file of their own."""
+    runs = [log_at(0.02 * np.arange(first, first + rows)) for first, rows in ((0, 100), (0, 60), (3, 80))]
+    texts = []
+    for number, run in enumerate(runs):
+        write_log(run, tmp_path / f"run{number}.csv")
+        texts.append((tmp_path / f"run{number}.csv").read_text().splitlines(keepends=True))
+    together = tmp_path / "all.csv"
+    together.write_text("".join([texts[0][0], *(line for text in texts for line in text[1:])]))
+    pieces = read_logs(together, layouts=LAYOUTS, dt=dt)
+    assert [piece.name for piece in pieces] == ["all#1", "all#2", "all#3"]
+    for piece, run in zip(pieces, runs, strict=True):
+        np.testing.assert_allclose(np.diff(piece.time), 0.02)
+        np.testing.assert_array_equal(piece.state, run.state)
+    with pytest.raises(DataError, match=r"row 102, .*a gap"):
+        read_log(together, layouts=LAYOUTS, dt=0.02)
+
+
 def test_a_row_alone_between_gaps_is_left_out(tmp_path: Path) -> None:
     time = np.array([0.0, 0.02, 0.5, 1.0, 1.02, 1.04])
     write_log(log_at(time), tmp_path / "log.csv")

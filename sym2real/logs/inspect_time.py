@@ -7,7 +7,7 @@ from sym2real.logs.evidence import Rows
 from sym2real.logs.parts import TimeBase
 from sym2real.logs.resample import GAP_INTERVALS, SAME_CLOCK, gaps, is_regular, usual_step
 from sym2real.logs.specification import LogSpec
-from sym2real.logs.standard import stamps
+from sym2real.logs.standard import stamps, unbroken
 from sym2real.logs.table import Table
 from sym2real.logs.units import UNITS
 from sym2real.trajectory import Array
@@ -57,7 +57,9 @@ def nice_period(step: float) -> float:
 def _column(tables: list[Table], candidates: list[str]) -> str | None:
     for name in candidates:
         if all(
-            len(table) > 1 and (np.diff(table.columns[name]) > 0).all() for table in tables if name in table.columns
+            len(table) > 1 and (np.diff(unbroken(table.columns[name])) > 0).all()
+            for table in tables
+            if name in table.columns
         ):
             return name
     return candidates[0] if candidates else None
@@ -67,7 +69,7 @@ def _ticking(tables: list[Table]) -> list[str]:
     """Columns whose names end in a unit of time, and which go up as a clock does: by about as much from row to row."""
 
     def ticks(values: Array) -> bool:
-        intervals = np.diff(values)
+        intervals = np.diff(unbroken(values))
         usual = float(np.median(intervals)) if len(intervals) else 0.0
         return usual > 0.0 and bool(intervals.min() > 0.0 and np.mean(np.abs(intervals / usual - 1.0) < 0.5) > MOSTLY)
 

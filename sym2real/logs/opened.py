@@ -79,7 +79,8 @@ class Opened:
         step = dt if dt is not None else used.time.dt
         # Where rows are missing, a log is in pieces whether anybody asks for equal steps or not.
         sends = [values for name, values in standard.columns.items() if name in actions_of(model_layouts)]
-        cuts = [] if step is None and not left_out else gaps(standard.time, step or 0.0, sends).tolist()
+        whole_runs = used.time.column not in table.columns or (np.diff(table.columns[used.time.column]) >= 0.0).all()
+        cuts = [] if step is None and not left_out and whole_runs else gaps(standard.time, step or 0.0, sends).tolist()
         return cls(whole, table, used, known, standard, step, cuts)
 
     def trajectory(self, start: int, stop: int, suffix: str) -> Trajectory:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
-from itertools import product
+from itertools import pairwise, product
 from pathlib import Path
 
 import numpy as np
@@ -34,6 +34,8 @@ TURNED_ABOUT_X = frozenset(
 ) | {"yaw", "ref_yaw", "sin_yaw", "ref_sin_yaw"}
 # Steps by which a stamp may come too early because rows came in another order; beyond, the clock has been set.
 ANEW = 50.0
+# Rows of a run whose clock begins anew in a file, at least; part of the run before by which its start may be off.
+FEWEST_OF_A_RUN, NEAR_START = 20, 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,7 +144,7 @@ def stamps(table: Table, spec: LogSpec) -> Array:
         if not spec.time.rate:
             raise DataError(table.path, f"time.rate of specification {spec.name!r} to be {ROWS_A_SECOND}", "0")
         return table.lines / spec.time.rate
-    raw = table.column(spec.time.column, "of time stamps")
+    raw = unbroken(table.column(spec.time.column, "of time stamps"))
     if len(bad := np.flatnonzero(np.diff(raw) <= 0)):
         before, after = float(raw[bad[0]]), float(raw[bad[0] + 1])
         kind = "the same stamp again, with other values" if before == after else "an earlier stamp"
@@ -153,6 +155,20 @@ def stamps(table: Table, spec: LogSpec) -> Array:
         actual = f"{kind} ({before!r} then {after!r}): {mend}, and keep one of each stamp"
         raise table.error("stamps that increase strictly", actual, int(bad[0]) + 1, spec.time.column)
     return raw * UNITS[spec.time.unit][1]
+
+
+def unbroken(stamps: Array) -> Array:
+    """Stamps ``# (rows,)`` of several runs in one file, whose clock begins anew, with gaps as long as runs in between.
+
+    As they are where they go back in another way, as stamps of rows in a wrong order do.
+    """
+    starts = [0, *(np.flatnonzero(np.diff(stamps) < 0) + 1)]
+    runs = np.split(stamps, starts[1:])
+    anew = all(run[0] - before[0] <= NEAR_START * (before[-1] - before[0]) for before, run in pairwise(runs))
+    if len(runs) == 1 or not anew or min(map(len, runs)) < FEWEST_OF_A_RUN:
+        return stamps
+    later = [2 * before[-1] - before[0] - run[0] for before, run in pairwise(runs)]
+    return np.concatenate([run + by for run, by in zip(runs, np.cumsum([0.0, *later]), strict=True)])
 
 
 def _time(table: Table, spec: LogSpec) -> Array:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from sym2real.logs import read_log, write_log
 from sym2real.logs.equal_steps import equal_steps
+from sym2real.logs.even_rows import _even
 from sym2real.robots import MUSHR
 from sym2real.trajectory import Trajectory
 
@@ -75,10 +76,20 @@ def test_rows_that_are_lost_leave_the_others_where_they_were(seed: int) -> None:
     assert len(log) == pytest.approx(kept[-1] - kept[0] + 1, abs=1)
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_lost_rows_are_counted_though_stamps_jitter_by_half_a_step(seed: int) -> None:
+    """Two rows of one tick were taken for rows that waited, and all others with them: ticks were 10.26 ms for 10."""
+    rng = np.random.default_rng(seed)
+    ticks = np.sort(rng.permutation(1500)[:1455])
+    even = _even(0.01 * ticks + rng.uniform(-0.003, 0.003, len(ticks)))
+    assert even is not None
+    np.testing.assert_allclose(even - even[0], 0.01 * (ticks - ticks[0]), atol=3e-4)
+
+
 def test_rows_that_came_in_bursts_are_counted() -> None:
-    """Every tenth row waits for the next one and comes just before it."""
+    """Every tenth row waits for the next one and comes just before it; of a last row nobody knows whether it did."""
     late = EVENLY.copy()
-    late[9::10] += 0.95 * DT
+    late[9:-1:10] += 0.95 * DT
     (log,) = equal_steps(drive(EVENLY, late), DT)
     assert told(log)
     assert missed(log) < 5e-4  # 0.02 rad by the stamps

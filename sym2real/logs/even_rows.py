@@ -21,6 +21,9 @@ from sym2real.trajectory import Array, usual_interval
 SIDES = (-2, -1, 1, 2)
 # By how much a column is rougher by the wrong stamps. Noise, which is as rough by both, moves this by a few hundredths.
 ROUGHER = 1.1
+# Part by which the usual interval may not be the step; rows by which it is known first, and ticks at their end that two
+# candidates are apart.
+UNSURE, FIRST_ROWS, FINE = 0.03, 256, 0.25
 
 
 def with_even_stamps(log: Standard, measured: Collection[str]) -> Standard:
@@ -45,17 +48,36 @@ def with_even_stamps(log: Standard, measured: Collection[str]) -> Standard:
 
 
 def _even(time: Array) -> Array | None:
-    """Stamps of a clock that ticks evenly, some of whose rows are lost; None where there are no such."""
-    intervals = np.diff(time)
-    counts = np.concatenate([[0.0], np.cumsum(np.maximum(np.round(intervals / usual_interval(intervals)), 1.0))])
-    for _ in range(2):  # a wrong count here is a wrong one of all rows behind, but for the line through all of them
+    """Stamps of a clock that ticks evenly, some of whose rows are lost; None where there are no such.
+
+    A row is of a later tick than the one before it, whichever stamp says otherwise: one that waited for others, or that
+    jitters by half a step. Ticks that increase with the rows and are nearest to the stamps are an isotonic regression.
+    """
+    from sklearn.isotonic import isotonic_regression  # noqa: PLC0415 — a second to load, for logs whose stamps jitter
+
+    rows, (start, step) = np.arange(len(time)), _clock(time)
+    for _ in range(2):
+        counts = np.round(isotonic_regression((time - start) / step - rows)) + rows
         start, step = _line(counts, time)
-        counts = np.round((time - start) / step)
-    if (np.diff(counts) < 1.0).any():  # rows that waited for others
-        counts = np.arange(len(time)) * 1.0
-    start, step = _line(counts, time)
     even = start + step * counts
     return even if np.isfinite(even).all() else None
+
+
+def _clock(time: Array) -> tuple[float, float]:
+    """Start and step of the clock whose ticks stamps lie nearest to, whatever rows are lost: of their periodogram.
+
+    The step is known from few rows to a part of them, from twice as many to half of that.
+    """
+    step, reach, length = usual_interval(np.diff(time)), UNSURE, min(len(time), FIRST_ROWS)
+    while True:
+        part = time[:length] - time[0]
+        steps = step * (1.0 + np.arange(-reach, reach, FINE / length))
+        turns = np.exp(2j * np.pi * part / steps[:, None]).mean(axis=1)
+        best = int(np.abs(turns).argmax())
+        step, start = float(steps[best]), float(np.angle(turns[best])) / (2 * np.pi) * float(steps[best])
+        if length == len(time):
+            return time[0] + start, step
+        reach, length = 2 * FINE / length, min(len(time), 2 * length)
 
 
 def _line(counts: Array, time: Array) -> tuple[float, float]:

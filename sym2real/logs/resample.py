@@ -1,6 +1,6 @@
 """Rows at equal steps from rows at the stamps they were measured at."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,7 @@ FEWEST_HELD, MOST_HELD, SLOWER, UNEVEN = 20, 0.7, 2.0, 0.05
 THINNED = 1.5
 
 RESAMPLED = "resampled to"  # what a note of it begins with
+BRIDGED = "bridged"  # column of ones where a row was lost between two commands that differ: nobody knows what was sent
 COMMANDS = frozenset(column for group, field in VOCABULARY if group == "action" for column in field.columns)
 
 
@@ -91,7 +92,18 @@ def resample(log: Standard, dt: float, layouts: Layouts, *, polled: bool = True)
             columns[name] = np.interp(grid, time, values) if name in moving else values[latest]
     columns |= _circles(log, grid, commands) | _attitudes(log, grid, commands)
     others = {name: values[latest] for name, values in log.others.items()}
+    lost = _lost(log, grid, dt, latest, [values for name, values in log.columns.items() if name in commands])
+    others |= {BRIDGED: lost.astype(np.float64)} if lost.any() else {}
     return Standard(grid, columns, others, (*log.notes, _note(time, dt, len(grid))))
+
+
+def _lost(log: Standard, grid: Array, dt: float, latest: NDArray[np.int64], sent: Sequence[Array]) -> NDArray[np.bool_]:
+    """Which rows of a grid are nearest to none of the log's, between two whose commands differ ``# (rows,)``."""
+    following = np.minimum(latest + 1, len(log.time) - 1)
+    step = max(dt, float(np.median(np.diff(log.time)))) if len(log.time) > 1 else dt
+    away = np.minimum(grid - log.time[latest], log.time[following] - grid) > 0.5 * step
+    differ = [own[latest] != own[following] for own in sent]
+    return away & np.logical_or.reduce([*differ, np.zeros(len(grid), dtype=bool)])
 
 
 def is_resampled(log: Trajectory) -> bool:

@@ -18,6 +18,8 @@ from sym2real.diagnosis.data.start import ROWS
 from sym2real.diagnosis.data.windows import channel_units, finite_errors, horizons_in_rows, judged, stride_of
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
+from sym2real.diagnosis.settings import SETTINGS
+from sym2real.logs.resample import BRIDGED
 from sym2real.trajectory import Array
 
 RESAMPLES = 200
@@ -150,21 +152,33 @@ def ladder(
         return []
     problem = Problem(library, data, windows)
     folds = torch.as_tensor(np.zeros_like(windows.log) if fold_of is None else fold_of[windows.log])
-    blocks = {count: max(SHORTEST_BLOCK, ceil(count / stride_of(data.dt))) for count in steps.values()}
-    rungs, unchanged = [], [_errors(windows.start, windows, *block) for block in blocks.items()]
+    known = {count: _known(data, windows, count) for count in steps.values()}
+    blocks = {count: max(SHORTEST_BLOCK, ceil(count / stride_of(data.dt))) for count in known}
+    rungs, unchanged = [], [_errors(windows.start, windows, at, blocks[at], known[at]) for at in known]
     for name, sets in stages:
         mine = problem.states_by_segment(sets, folds if len(sets) > 1 else torch.zeros_like(folds))
-        table = {at: _errors(mine[:, count], windows, count, blocks[count]) for at, count in steps.items()}
+        table = {at: _errors(mine[:, n], windows, n, blocks[n], known[n]) for at, n in steps.items()}
         pairs = zip(table.items(), unchanged, strict=True)
         worse = {at: tuple(c for c in judged(own) if own[c].low > still[c].high) for (at, own), still in pairs}
         rungs.append(Rung(name, table, not all(worse.values()), worse))
     return rungs
 
 
-def _errors(predicted: Tensor, windows: Segments, step: int, block: int) -> dict[str, RungError]:
-    units = channel_units(windows.layout)
+def _known(data: Dataset, windows: Segments, steps: int) -> NDArray[np.bool_]:
+    """Windows in whose first steps no row was lost whose commands nobody knows ``# (W,)``; all where these are few."""
+    lost = [np.flatnonzero(log.extra.get(BRIDGED, 0.0)) for log in data]
+    following = [np.searchsorted(lost[log], row) for log, row in zip(windows.log, windows.row, strict=True)]
+    first = [[*lost[log], np.inf][at] for log, at in zip(windows.log, following, strict=True)]
+    known: NDArray[np.bool_] = np.array(first) > windows.row + steps
+    return known if known.sum() >= SETTINGS.fewest_pieces else np.ones_like(known)
+
+
+def _errors(
+    predicted: Tensor, windows: Segments, step: int, block: int, known: NDArray[np.bool_]
+) -> dict[str, RungError]:
+    units, log = channel_units(windows.layout), windows.log[known]
     errors = finite_errors(windows.layout, predicted, windows.measured[:, step])
-    return {channel: error_of(values, windows.log, units[channel], block) for channel, values in errors.items()}
+    return {channel: error_of(values[known], log, units[channel], block) for channel, values in errors.items()}
 
 
 def error_of(values: Array, log: NDArray[np.int64], unit: str, block: int = SHORTEST_BLOCK) -> RungError:

@@ -85,6 +85,12 @@ class Near:
         sure = [more for more in selection.larger(selection.present) if selection.significant(more.fit, more.candidate)]
         return cls(selection, places, present, by_price(selection, sure))
 
+    @classmethod
+    def at(cls, selection: Selection, candidate: Candidate) -> Near:
+        """The same of one effect's place alone."""
+        present = by_own_starts(selection, selection.present)
+        return cls(selection, (_place(selection, candidate, present),), present)
+
     def with_elsewhere(self) -> Near:
         """The same with sets that are not around, of which two effects are others, as a gain and a delay for play and a
         lag, or one that is not in the place of another (see :class:`Place`).
@@ -94,6 +100,11 @@ class Near:
         ordered = sorted(selection.known.values(), key=lambda effects: effects.price)
         further = (effects for effects in ordered if effects.names not in here and selection.holds(effects))
         return replace(self, elsewhere=by_price(selection, list(islice(further, FURTHER))))
+
+    def unlikely(self) -> list[Place]:
+        """Places that something at the end of what is likely takes, or whose effects have next to no weight there."""
+        weights = self.probabilities()
+        return [own for own in self.places if own.outdone or weights[own.candidate.name] < SETTINGS.level]
 
     def probabilities(self, groups: Mapping[str, Collection[str]] | None = None) -> dict[str, float]:
         """By effect, the chosen set's weight among those with it, without it, or with another in its place.

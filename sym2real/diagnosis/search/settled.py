@@ -18,7 +18,6 @@ from sym2real.diagnosis.search.intervals import none_within
 from sym2real.diagnosis.search.near import Near, Place, by_own_starts
 from sym2real.diagnosis.search.needed import Needed, Predicted, keep_needed
 from sym2real.diagnosis.search.select import Selection
-from sym2real.diagnosis.settings import SETTINGS
 
 
 def settle(predicted: Predicted) -> Needed:
@@ -81,7 +80,7 @@ def refuted(near: Near, gone: Collection[str] | None = None) -> Place | None:
     (see ``beam.py``) or one parameter more (:func:`plainer_set`) costs less there only by more than chance, and takes
     no place.
     """
-    selection, weights, present = near.selection, near.probabilities(), near.present
+    selection, weights, present, unlikely = near.selection, near.probabilities(), near.present, near.unlikely()
 
     def costs_less(place: Place) -> bool:
         instead = present if gone is None else _in_place(selection, place, gone)
@@ -91,8 +90,7 @@ def refuted(near: Near, gone: Collection[str] | None = None) -> Place | None:
     doubtful = [
         place
         for place in near.places
-        if place.outdone
-        or weights[place.candidate.name] < SETTINGS.level
+        if place in unlikely
         or not selection.significant(selection.fit, place.candidate)
         or none_within(near, place.candidate)
         or costs_less(place)

@@ -81,7 +81,7 @@ def of_the_model(
     Of a servo that answers a command within a row the rates at rows are not those in between.
     """
     predicted = predictions(model, data, horizon)
-    return {reading.column: reading for reading in readings(predicted, honest)} if predicted else {}
+    return {reading.column: reading for reading in readings(predicted, honest, noisy=False)} if predicted else {}
 
 
 def predictions(model: Equations, data: Dataset, horizon: float | None = None) -> Dataset | None:

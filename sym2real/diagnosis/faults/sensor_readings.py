@@ -94,11 +94,13 @@ class OfWheel(Reading):
         return with_along(log, self.honest(log.time, along(log)))
 
 
-def readings(data: Dataset, honest: float = 1.0) -> tuple[Reading, ...]:
+def readings(data: Dataset, honest: float = 1.0, *, noisy: bool = True) -> tuple[Reading, ...]:
     """Columns whose sensor is wrong in scale, bias or time; the others are left out, and logs too short to judge by.
 
     Args:
+        data: logs, or what a model predicts of them.
         honest: rows that a sensor may be late: differences are by half of one, filters by one.
+        noisy: whether sensors have noise; predictions have none.
     """
     readings = list[Reading | None]()
     logs = [log for log in data if len(log) > ROWS]
@@ -107,11 +109,11 @@ def readings(data: Dataset, honest: float = 1.0) -> tuple[Reading, ...]:
     for column, other in rates_of(data).items():
         if other == PATH:
             signals = [(log.time, along(log), way(log)) for log in logs]
-            wheel = _reading(signals, AsRead(logs[0].sources).column(column), PATH, honest)
+            wheel = _reading(signals, AsRead(logs[0].sources).column(column), PATH, honest, noisy)
             readings.append(wheel and OfWheel(**vars(wheel)))
         else:
             signals = [(log.time, log.column(column), _change(log, column, other)) for log in logs]
-            readings.append(_reading(signals, column, other, honest))
+            readings.append(_reading(signals, column, other, honest, noisy))
     return tuple(reading for reading in readings if reading is not None and reading.faulty)
 
 
@@ -137,14 +139,15 @@ def _change(log: Trajectory, column: str, of: str) -> Array:
     return turning(log, column) * np.diff(log.time) if column in RATES else np.diff(log.column(of))
 
 
-def _reading(signals: Sequence[Signals], column: str, of: str, honest: float) -> Reading | None:
+def _reading(signals: Sequence[Signals], column: str, of: str, honest: float, noisy: bool) -> Reading | None:
     """None where there are too few stretches, or the sensor does not go with what it is the rate of."""
     dt = float(np.median(np.concatenate([np.diff(time) for time, _, _ in signals])))
     length = max(5, round(STRETCH / dt))
     tables = {rows: _stretches(signals, length, rows) for rows in range(EARLIEST, LATEST + 1)}
     if len(tables[0]) < SETTINGS.sensor_stretches:
         return None
-    noise = float(np.median([noise_level(values[:, None]) for _, values, _ in signals]) * dt * np.sqrt(length))
+    levels = [noise_level(values[:, None]) for _, values, _ in signals] if noisy else [np.zeros(1)]
+    noise = float(np.median(levels) * dt * np.sqrt(length))
     of_angle = float(np.median([noise_level(np.cumsum(change)[:, None]) for _, _, change in signals]))
     moved = _shift(tables, dt, honest, noise**2 + 2.0 * of_angle**2)
     if moved is None:

@@ -60,7 +60,7 @@ def _by_holding(predicted: Dataset, data: Dataset) -> dict[str, float]:
     less (1 - p)^k; the trapezoidal rule through that is off the exponential's integral by Δt (1/p - 1/2 + 1/ln(1 - p)).
     A model may have no servo where a robot has one, so the part is what the log shows of the model's answer.
     """
-    own = {reading.column: reading.shift for reading in readings(predicted, honest=0.0)}
+    own = {reading.column: reading.shift for reading in readings(predicted, honest=0.0, noisy=False)}
     for column in own.keys() & {*data.layouts.state}:
         answers = _answers([log.column(column) for log in predicted], [log.column(column) for log in data])
         part = min(answers.max() / answers.sum(), 1.0 - TINY) if answers.sum() > 0.0 else 1.0 - TINY

@@ -56,11 +56,8 @@ def nice_period(step: float) -> float:
 
 def _column(tables: list[Table], candidates: list[str]) -> str | None:
     for name in candidates:
-        if all(
-            len(table) > 1 and (np.diff(unbroken(table.columns[name])) > 0).all()
-            for table in tables
-            if name in table.columns
-        ):
+        known = [table.columns[name] for table in tables if name in table.columns]
+        if all(len(values) > 1 and (np.diff(unbroken(values)) > 0).all() for values in known):
             return name
     return candidates[0] if candidates else None
 

@@ -222,10 +222,7 @@ class Problems:
         return self._lowest(fit, others_h, others_g) if fit.whole else others_g
 
     def _lowest(self, fit: Fit, curvature: Tensor, gradient: Tensor) -> Tensor:
-        """Step to the minimum of quadratic models within bounds ``# (..., A)``.
-
-        What would leave its bounds ends there, and the others are solved for beside that, until none leaves them.
-        """
+        """Step to the minimum of quadratic models within bounds ``# (..., A)``."""
         (low, high), slots = self._bounds(fit), list(fit.whole)
         values, unit = fit.values[slots], self.library.scale[slots]
         low, high = ((bound - values) / unit for bound in (low, high))

@@ -30,6 +30,7 @@ from sym2real.effects import applicable
 from sym2real.effects.along_logs import prepared
 from sym2real.experiments.noisy_runs import noisy_runs
 from sym2real.report.diagnosis import prediction_lines
+from sym2real.report.html.sentences import plain
 from sym2real.robots import CRAZYFLIE, MUSHR
 from sym2real.stages import Stages
 from sym2real.symbolic import Equations, load_model
@@ -88,6 +89,9 @@ def test_a_delay_in_place_of_a_lag_predicts_drives_better_that_nobody_has_seen()
     assert ratio < 0.9
     assert refit.change[0] < 0.9  # as logs predicted that its fits left out
     assert "delay:speed value" in prediction_lines(found())[0]
+    assert "its interval is wide: delay:speed value" in plain(prediction_lines(found())[1])
+    beside = replace(refit, values=tuple(finding.values for finding in found().findings))
+    assert len(prediction_lines(replace(found(), prediction=beside))) == 1
 
 
 @pytest.mark.slow

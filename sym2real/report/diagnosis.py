@@ -22,6 +22,7 @@ STYLE = {"EFFECT": "bold yellow", "NOTHING_MISSING": "bold green", "UNEXPLAINED"
 # A share goes by what statistics sees, the ladder by what a user does.
 SHARES = "misfit: squared errors within a second, all channels against their noise; the ladder: errors further ahead"
 TOO_FEW = "too few independent pieces of data for a test"
+OTHER_FORM = "An effect stands for more than itself: its form, or another effect, is not what the robot has"
 NO_BETTER_THAN_HOLD = "no model predicts these logs better than that nothing changes, so tests over whole logs decide"
 
 
@@ -110,11 +111,17 @@ def prediction_lines(diagnosis: Diagnosis) -> list[str]:
             f"[dim]values fitted to predictions predict no better beyond chance, and were not kept ({escape(text)})[/]"
         ]
     values = [
-        f"{finding.effect} {name} {number(value)} (physical {number(finding.parameters[name].value)})"
+        (finding.parameters[name], value, f"{finding.effect} {name}")
         for finding, own in zip(diagnosis.findings, refit.values, strict=True)
         for name, value in own.items()
     ]
-    return [f"[green]other values predict better[/]: {escape('; '.join(values))}; {escape(text)}"]
+    listed = "; ".join(f"{name} {number(value)} (physical {number(own.value)})" for own, value, name in values)
+    beyond = [name for own, value, name in values if abs(value - own.value) > own.high - own.low]
+    lines = [f"[green]other values predict better[/]: {escape(listed)}; {escape(text)}"]
+    if beyond:
+        names = escape(", ".join(beyond))
+        lines.append(f"[yellow]further from the physical value than its interval is wide[/]: {names}. {OTHER_FORM}")
+    return lines
 
 
 def misfit_line(diagnosis: Diagnosis) -> str:

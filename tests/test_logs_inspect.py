@@ -218,10 +218,9 @@ def test_rates_by_aeronautics_letters_and_a_thrust_along_z_down(flight: Flight, 
     found = inspect_logs(path)
     assert [found.spec.columns[name].column for name in ("wx", "wz", "wy_cmd")] == ["gyro_p", "gyro_r", "rate_sp_q"]
     check(flight, path, found.spec)
-    assert found.suspected_flips == ("thrust_sp_z",)
+    assert found.spec.flip == ("thrust_sp_z",)  # in such frames minus z is up
     scale = float(re.findall(r"mass in kg × (\S+)", found.toml())[0])
-    accepted = LogSpec.parse(found.toml().replace("# flip", "flip"))
-    read = read_log(path, accepted).column("thrust")
+    read = read_log(path, LogSpec.parse(found.toml())).column("thrust")
     assert scale * read.mean() == pytest.approx(GRAVITY, rel=1e-3)
 
 
@@ -246,6 +245,18 @@ def test_a_column_that_is_called_x_is_the_place_before_one_that_may_be(flight: F
     assert found.spec.frames == "ned_frd"
     assert found.spec.columns["wy"].column == "xyz[1]"
     check(flight, path, found.spec)
+
+
+@pytest.mark.parametrize("what", ["rates", "angles"])
+def test_roll_pitch_and_yaw_beside_a_quaternion_are_rate_commands_where_rates_follow(
+    flight: Flight, tmp_path: Path, what: str
+) -> None:
+    """PX4's ``vehicle_rates_setpoint`` has these names; other loggers write the angles once more."""
+    columns = {name.rpartition(".")[2]: values for name, values in px4(flight).items()}
+    turned = {"rates": flight.rate, "angles": angles(flight.quaternion)}[what] * [1.0, -1.0, -1.0]
+    found = inspect_logs(save(tmp_path, columns | named("roll pitch yaw", turned)))
+    commands = {name: source.column for name, source in found.spec.columns.items() if name.endswith("_cmd")}
+    assert commands == ({"wx_cmd": "roll", "wy_cmd": "pitch", "wz_cmd": "yaw"} if what == "rates" else {})
 
 
 def test_a_log_that_names_the_compass_is_north_east_down(flight: Flight, tmp_path: Path) -> None:

@@ -42,6 +42,7 @@ class Assignment:
         angles: attitude → "roll", "pitch", "yaw" → column of the log.
         named: column of the log → what its name says.
         duplicates: column of the log → the column that was taken in its place.
+        beside: columns named like roll, pitch and yaw beside a measured quaternion, which need no angles.
     """
 
     times: list[str] = field(default_factory=list)
@@ -50,6 +51,7 @@ class Assignment:
     angles: dict[str, dict[str, str]] = field(default_factory=dict)
     named: dict[str, Named] = field(default_factory=dict)
     duplicates: dict[str, str] = field(default_factory=dict)
+    beside: tuple[str, ...] = ()
 
     def unit(self, column: str) -> str:
         """The unit that the column's name states, or ""."""
@@ -222,6 +224,8 @@ def _settle(result: Assignment, motors: int) -> None:
             continue
         if attitude not in result.quaternions and attitude != "attitude_command" and "yaw" in parts:
             result.columns["ref_yaw" if attitude == "reference_attitude" else "yaw"] = parts["yaw"]
+        if attitude == "attitude" and set(parts) == set(EULER_ANGLES):
+            result.beside = tuple(parts[angle] for angle in EULER_ANGLES)
         del result.angles[attitude]
 
 

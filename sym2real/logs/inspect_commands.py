@@ -6,7 +6,17 @@ from sym2real.logs import derive
 from sym2real.logs.draft import Draft
 from sym2real.logs.inspect_driving import inspect_driving
 from sym2real.logs.inspect_motion import FASTEST, RATES
-from sym2real.logs.reading import LONGEST_PULSE, Reading, are_pulses, by_name, by_others, by_size, largest, turning
+from sym2real.logs.reading import (
+    CLEAR,
+    LONGEST_PULSE,
+    Reading,
+    are_pulses,
+    by_name,
+    by_others,
+    by_size,
+    largest,
+    turning,
+)
 from sym2real.logs.units import GRAVITY
 from sym2real.trajectory import Array
 from sym2real.vocabulary import MOTORS, RATE, RATE_COMMAND, THRUST_COLUMN
@@ -20,6 +30,7 @@ def inspect_commands(draft: Draft) -> None:
         _thrust(draft)
     if draft.has(*MOTORS):
         _motors(draft)
+    _find_rate_commands(draft)
     _rate_commands(draft)
     inspect_driving(draft)
     if draft.has("vbat"):
@@ -41,10 +52,10 @@ def _specific_force(draft: Draft) -> float:
 
 def _thrust(draft: Draft) -> None:
     column, values = draft.column(THRUST_COLUMN), draft.values(THRUST_COLUMN)
+    level, most, reading = abs(float(values.mean())), largest(draft, [THRUST_COLUMN]), by_name(draft, [THRUST_COLUMN])
+    unknown = not reading and (most > 100.0 or draft.assignment.named[column].quantity == "throttle")
     if values.mean() < 0:  # along the body's z down, as PX4 has it
-        draft.suspect(column, f"mean {values.mean():.3g}, and what carries a robot points up")
-        values = -values
-    level, most = float(values.mean()), largest(draft, [THRUST_COLUMN])
+        _downwards(draft, column, values, sure=draft.frames == "ned_frd" and not unknown)
     if not level:
         draft.leave_open(THRUST_COLUMN, "thrust command", "its mean is 0, which carries nothing", "scale = 1.0 }")
         return
@@ -53,9 +64,9 @@ def _thrust(draft: Draft) -> None:
     # The mean carries the weight, whatever it counts.
     worth = f"scale = 1.0 }}  # put mass in kg × {GRAVITY / level:.6g} ("
     why = "the mean carries the weight, which hides a mass that you do not know; a thrust stand's N is better)"
-    if reading := by_name(draft, [THRUST_COLUMN]):
+    if reading:
         draft.settle(THRUST_COLUMN, *reading)
-    elif most > 100.0 or draft.assignment.named[column].quantity == "throttle":
+    elif unknown:
         what = "counts" if most > 1.0 else part
         evidence = f"{what}, mean {level:.5g}, up to {most:.5g}: the log cannot know N per unit"
         draft.leave_open(THRUST_COLUMN, "thrust command", evidence, f"{worth}{what}: {why}")
@@ -70,6 +81,15 @@ def _thrust(draft: Draft) -> None:
         if doubt:
             line = f'thrust = {{ column = "{column}", {worth}{part}, in place of the line above: {why}'
             draft.comment("columns", line)
+
+
+def _downwards(draft: Draft, column: str, values: Array, sure: bool) -> None:
+    evidence = f"mean {values.mean():.3g}, and what carries a robot points up"
+    if not sure:
+        draft.suspect(column, evidence)
+        return
+    draft.reverse(column)
+    draft.add(column, "reversed", "", f"{evidence}, which is along minus z in such frames", "certain")
 
 
 def _motors(draft: Draft) -> None:
@@ -92,6 +112,16 @@ def _motor_unit(draft: Draft, values: Array) -> Reading:
         return "uint16", "16-bit counts; 65535 is full", "likely"
     what = "neither 0 to 1, nor pulses, nor 16-bit counts: speeds or scaled pulses; the unit cannot be known"
     return "1", what, "unknown"
+
+
+def _find_rate_commands(draft: Draft) -> None:
+    """PX4 calls commanded rates roll, pitch and yaw: take them for that where body rates follow, as no angle's do."""
+    columns, rates = draft.assignment.beside, draft.body_rates
+    if not columns or rates is None or any(map(draft.has, RATE_COMMAND.columns)):
+        return
+    alike = [draft.rows.correlation(draft.raw(name), rate) for name, rate in zip(columns, rates.T, strict=True)]
+    if min(alike[:2]) >= CLEAR:
+        draft.assignment.columns.update(zip(RATE_COMMAND.columns, columns, strict=True))
 
 
 def _rate_commands(draft: Draft) -> None:

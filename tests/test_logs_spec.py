@@ -15,7 +15,9 @@ from sym2real.errors import DataError, UnknownNameError
 from sym2real.layout import Layout, Layouts
 from sym2real.logs import SPECS, LogSpec, load_spec, read_log
 from sym2real.logs.parts import Attitude, Source, TimeBase
+from sym2real.logs.standard import QUATERNION
 from sym2real.logs.units import GRAVITY, UNITS, factor
+from sym2real.robots import MUSHR
 
 FULL = LogSpec(
     "drone",
@@ -211,8 +213,42 @@ def test_body_velocities_turn_into_the_world(tmp_path: Path) -> None:
     found = read(tmp_path, columns, 'velocity_frame = "body"\n[columns]\nyaw = "yaw"\nvx = "u"\nvy = "v"')
     assert np.allclose(found["vx"], [0, -1])
     assert np.allclose(found["vy"], [1, -2])
+    unlisted = read(tmp_path, columns, 'velocity_frame = "body"\n[columns]\nvx = "u"\nvy = "v"')
+    assert np.allclose(unlisted["vy"], found["vy"])
     with pytest.raises(DataError, match="an attitude or a yaw"):
-        read(tmp_path, columns, 'velocity_frame = "body"\n[columns]\nvx = "u"\nvy = "v"')
+        read(
+            tmp_path,
+            {"h" if name == "yaw" else name: values for name, values in columns.items()},
+            'velocity_frame = "body"\n[columns]\nvx = "u"\nvy = "v"',
+        )
+
+
+def test_a_specification_need_not_name_columns_of_standard_names(tmp_path: Path) -> None:
+    state = {"x": [1, 2], "y": [3, 4], "yaw": [0.2, 0.3], "vx": [1, 1], "vy": [2, 2], "wz": [1, 1]}
+    columns = {"time": [0.0, 0.1], **state, "steer": [0.1, 0.2], "v": [1, 2], "vbat": [4, 4]}
+    differs = 'flip = ["steer"]\n[columns]\nspeed = "v"'
+    listed = "\n".join(f'{name} = "{name}"' for name in (*state, "steer"))
+    for layouts in (None, MUSHR.layouts):
+        found = read(tmp_path, columns, differs, layouts)
+        whole = read(tmp_path, columns, f"{differs}\n{listed}\n[time]\ncolumn = 'time'", layouts)
+        assert found.keys() == whole.keys()
+        assert all(np.array_equal(found[name], whole[name]) for name in whole)
+        assert found["steer"].tolist() == [-0.1, -0.2]
+
+
+def test_what_a_specification_makes_is_not_what_the_log_calls_so(tmp_path: Path) -> None:
+    columns = {
+        "x": [0.0, 0.1],
+        "vx": [9, 9],
+        "r": [10, 10],
+        "p": [5, 5],
+        "h": [90, 90],
+        **{name: [7, 7] for name in QUATERNION},
+    }
+    toml = 'derive = ["velocity"]\n[attitude]\neuler = ["r", "p", "h"]\nunit = "deg"'
+    found = read(tmp_path, {**STAMPS, **columns}, toml)
+    assert np.allclose(found["vx"], 1.0)
+    assert np.allclose(sum(found[name] ** 2 for name in QUATERNION), 1.0)
 
 
 def test_north_east_down_turns_about_x(tmp_path: Path) -> None:

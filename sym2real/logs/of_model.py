@@ -1,17 +1,23 @@
-"""Columns that are a model's own, such as those of a robot's joints: a specification names them like standard ones."""
+"""The columns of a log that a specification need not name: they are called as standard ones are, or as the model's own,
+such as those of a robot's joints.
+"""
 
+from collections.abc import Collection
 from dataclasses import replace
 
 from sym2real.errors import DataError, UnknownNameError
 from sym2real.layout import Layouts
-from sym2real.logs.parts import STANDARD_COLUMNS, Source
+from sym2real.logs.parts import HEADINGS, STANDARD_COLUMNS, Source
+from sym2real.logs.sources import MADE_OF
 from sym2real.logs.specification import LogSpec
+from sym2real.logs.standard import attitude_columns
 from sym2real.logs.table import Table
 from sym2real.logs.units import UNITS
+from sym2real.vocabulary import RATE, VELOCITY
 
 
 def for_model(spec: LogSpec, table: Table, layouts: Layouts | None) -> LogSpec:
-    """The specification with the columns that the log calls as the model does.
+    """The specification with the columns that the log calls as the model does, or the vocabulary.
 
     Args:
         spec: of the log.
@@ -25,9 +31,24 @@ def for_model(spec: LogSpec, table: Table, layouts: Layouts | None) -> LogSpec:
     for name, source in spec.columns.items():
         if name not in STANDARD_COLUMNS:
             _require_own(spec, table, name, source, own)
-    taken, there = {*spec.sources, *spec.columns}, {*table.columns, *table.texts}
-    as_they_are = {name: Source(name) for name in own if name in there and name not in taken}
-    return replace(spec, columns={**spec.columns, **as_they_are})
+    there = {*table.columns, *table.texts}
+    time = replace(spec.time, column="time") if spec.time.column == "t" not in there and "time" in there else spec.time
+    spec = replace(spec, time=time)
+    free = there.difference(spec.sources, spec.columns, *(MADE_OF.get(name, ()) for name in spec.columns))
+    names = [name for name in (*own, *_standard(spec, there, layouts)) if name in free]
+    return replace(spec, columns={**spec.columns, **{name: Source(name) for name in names}})
+
+
+def _standard(spec: LogSpec, there: Collection[str], layouts: Layouts | None) -> list[str]:
+    """Standard columns that are wanted, and that the specification does not make of others."""
+    made = {name: columns for name, columns in MADE_OF.items() if not {*columns} & {*there, *spec.columns}}
+    wanted = {*STANDARD_COLUMNS} if layouts is None else {*layouts.columns}
+    wanted |= {name for name, columns in made.items() if {*columns} & wanted}
+    if spec.attitude.sources:
+        wanted -= {*attitude_columns("attitude"), *HEADINGS[0], "yaw"}
+    for what, columns in ("velocity", VELOCITY.columns), ("rate", RATE.columns):
+        wanted -= {*columns} if what in spec.derive else set()
+    return [name for name in STANDARD_COLUMNS if name in wanted]
 
 
 def own_units(layouts: Layouts | None) -> dict[str, str]:

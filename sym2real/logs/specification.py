@@ -21,7 +21,7 @@ A specification is a TOML file::
     order = "wxyz"
 
 Standard names are those of :data:`sym2real.vocabulary.VOCABULARY`, ``yaw`` (which becomes sine and cosine) and
-``ref_`` before any of them. A standard column that is not listed is not in the log.
+``ref_`` before any of them. A column of the log that has its standard name already need not be listed.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from sym2real.errors import DataError, UnknownNameError, reason
 from sym2real.field import is_name
 from sym2real.files import meant, read_text, require_file, write_text
 from sym2real.logs import spec_text
-from sym2real.logs.parts import ATTITUDES, Attitude, Derived, Frames, Source, TimeBase, VelocityFrame
+from sym2real.logs.parts import ATTITUDES, STANDARD_COLUMNS, Attitude, Derived, Frames, Source, TimeBase, VelocityFrame
 from sym2real.logs.units import factor
 from sym2real.registry import Registry
 from sym2real.toml_tables import Count, Positive, of_kind
@@ -166,7 +166,7 @@ def _check_uses(file: str | Path, spec: LogSpec) -> None:
     sources = [column for column, _ in uses]
     for key in ("flip", "hold"):
         for name in getattr(spec, key):
-            if name not in sources:
+            if name not in sources and name not in STANDARD_COLUMNS:
                 raise DataError(file, f"in {key} a column that exists", str(UnknownNameError("column", name, sources)))
     uses += [(spec.time.column, "time.column")] if spec.time.column else []
     first: dict[str, str] = {}

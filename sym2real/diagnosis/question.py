@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import isclose, isfinite
+from math import isclose
 from statistics import median
 
 from sym2real.dataset import Dataset, Logs
 from sym2real.diagnosis.data.preparation import long_enough
+from sym2real.diagnosis.data.windows import rows_ahead
 from sym2real.diagnosis.faults.sanity import Checked, check
 from sym2real.effects.along_logs import with_filtered_commands
 from sym2real.effects.catalogue import require_patterns
 from sym2real.effects.inputs import with_common_clock
-from sym2real.errors import ModelError, ShapeError
+from sym2real.errors import ModelError
 from sym2real.plants import MujocoPlant
 from sym2real.symbolic import Equations
 
@@ -46,13 +47,8 @@ class Question:
         require_patterns(self.exclude)
         if self.plant is not None and not isinstance(self.plant, MujocoPlant):
             raise ModelError(f"plant: expected a simulator, as MujocoPlant(robot) is one, found {self.plant!r:.80}")
-        if self.horizon is None:
-            return
-        dt = max(self.model.dt, long_enough(self.data, self.model).dt)
-        if not (isfinite(self.horizon) and round(self.horizon / dt) >= 1):
-            raise ShapeError(
-                f"horizon: expected at least one time step, {dt:.4g} s, and finite, found {self.horizon:g} s"
-            )
+        if self.horizon is not None:
+            rows_ahead(self.horizon, max(self.model.dt, long_enough(self.data, self.model).dt))
 
 
 @dataclass(frozen=True, eq=False)

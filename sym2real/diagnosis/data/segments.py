@@ -170,15 +170,10 @@ def compared_components(layout: Layout, names: Collection[str]) -> tuple[tuple[i
     return tuple(compared), tuple(channel)
 
 
-def compared_fields(segments: Segments) -> tuple[Layout, list[int], list[int] | None]:
-    """Fields that hold what is compared, their columns, and its places in their tangent; None for all of them."""
-    layout = segments.layout
-    numbers = sorted(set(segments.channel))
-    part = Layout(tuple(layout.fields[number] for number in numbers))
-    places = [place for number in numbers for place in layout.tangent_places[number]]
-    chosen = [places.index(component) for component in segments.compared]
-    columns = [layout.index(column) for column in part]
-    return part, columns, None if chosen == list(range(len(places))) else chosen
+def compared_fields(segments: Segments) -> tuple[Layout, list[int]]:
+    """The fields that are compared, and the places of their columns among all."""
+    part = Layout(tuple(segments.layout.fields[number] for number in dict.fromkeys(segments.channel)))
+    return part, segments.layout.indices(part)
 
 
 def _without_segments(data: Dataset, needed: int) -> ShapeError:
@@ -212,17 +207,6 @@ def folds_of(segments: Segments) -> NDArray[np.int64]:
     parts = max(1, ceil(FEWEST_FOLDS / len(np.unique(log))))
     folds = log * parts + number_in_log(log) * parts // np.bincount(log)[log]
     return np.unique(folds, return_inverse=True)[1].astype(np.int64)
-
-
-def unseen_r2(estimator: Any, features: Array, targets: Array, groups: NDArray[np.int64], folds: int) -> Array:
-    """R² of each target ``# (pieces, D)`` on groups left out, by an estimator of scikit-learn ``# (D,)``."""
-    from sklearn.metrics import r2_score  # noqa: PLC0415 — heavy, and only needed at the end
-    from sklearn.model_selection import GroupKFold, cross_val_predict  # noqa: PLC0415
-
-    apart = GroupKFold(min(folds, len(np.unique(groups))))
-    predicted = cross_val_predict(estimator, features, targets.squeeze(), groups=groups, cv=apart)
-    shares: Array = r2_score(targets, predicted.reshape(targets.shape), multioutput="raw_values")
-    return shares
 
 
 def number_in_log(log: NDArray[np.int64]) -> NDArray[np.int64]:

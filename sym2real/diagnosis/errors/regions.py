@@ -6,8 +6,6 @@ the largest error is the statement. It is made only when the tree predicts logs 
 cross-validation, R² > 0.15): a tree on the size of errors is weak evidence otherwise.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,7 +14,6 @@ from numpy.typing import NDArray
 from scipy.ndimage import label
 
 from sym2real.dataset import Logs
-from sym2real.diagnosis.data.segments import unseen_r2
 from sym2real.diagnosis.errors.by_window import WindowErrors, window_errors
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects.kind import with_unit
@@ -132,9 +129,14 @@ def _explained(values: Array, target: Array) -> Array:
 
 def _unseen_r2(values: Array, target: Array, group: NDArray[np.int64]) -> float:
     """R² of a tree on groups that it has not seen."""
-    if len(np.unique(group)) < 2 or len(values) < 2 * FEWEST_IN_LEAF or not np.ptp(target):
+    from sklearn.metrics import r2_score  # noqa: PLC0415 — heavy, and only needed at the end
+    from sklearn.model_selection import GroupKFold, cross_val_predict  # noqa: PLC0415
+
+    groups = len(np.unique(group))
+    if groups < 2 or len(values) < 2 * FEWEST_IN_LEAF or not np.ptp(target):
         return 0.0
-    return float(unseen_r2(_tree(len(values)), values[:, None], target[:, None], group, FOLDS)[0])
+    tree, apart = _tree(len(values)), GroupKFold(min(FOLDS, groups))
+    return float(r2_score(target, cross_val_predict(tree, values[:, None], target, groups=group, cv=apart)))
 
 
 def _statement(errors: WindowErrors, channel: str, feature: str, target: Array, region: Region | None) -> Where | None:

@@ -103,10 +103,9 @@ class Problem:
     def _residuals(
         self, sets: Tensor, moves: Tensor | None = None, actions: Tensor | None = None, inputs: Tensor | None = None
     ) -> Tensor:
-        layout, columns, chosen = self._compared
+        layout, columns = self._compared
         states = self._states(sets, moves, actions, inputs, columns)
         difference = layout.difference(states.permute(2, 0, 1, 3), self._measured_columns)  # (N, B, S, C), as it lies
-        difference = difference if chosen is None else difference[..., chosen]
         return difference.nan_to_num_(nan=1e3).clamp_(-1e3, 1e3).permute(1, 2, 0, 3).flatten(-2)
 
     def states(self, sets: Tensor) -> Tensor:

@@ -160,10 +160,9 @@ class Scale:
     @classmethod
     def of(cls, windows: Segments) -> Scale:
         """By what the judged channels change from the start of windows."""
-        layout, columns, chosen = compared_fields(windows)
+        layout, columns = compared_fields(windows)
         measured = windows.measured[..., columns]
         change = layout.difference(measured[:, :1].expand_as(measured), measured)
-        change = change if chosen is None else change[..., chosen]
         channel, log = torch.tensor(windows.channel), torch.as_tensor(windows.log)
         squares = change.square().mean((0, 1))
         of_channel = torch.stack([squares[channel == own].sum() for own in channel]).clamp_min(1e-300)

@@ -6,8 +6,6 @@ something is left beside a mass and a centre of mass, which stand for it. And wh
 tried only then: the lever arm of what is measured in flight.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 from fnmatch import fnmatch

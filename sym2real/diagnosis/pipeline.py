@@ -1,7 +1,5 @@
 """Name the physical effect that a model misses, from logs: stages, each from one frozen value to the next."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Collection
 from dataclasses import replace

@@ -5,8 +5,6 @@ sensors and loggers are) or *tuned*: set by looking at development data, which a
 exact or quick (lengths of segments and windows, how many sets are looked at) stays where it is used.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import Any, Literal
 

@@ -1,7 +1,5 @@
 """Logs that are long enough, cut at gaps, with a name each, and with other columns."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

@@ -6,8 +6,6 @@ every other quantity has a local line or parabola of its own. They are fitted by
 a command a moment ago), the measured row is better than a fit and is taken.
 """
 
-from __future__ import annotations
-
 from typing import Literal
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Prediction windows along a log: start state, what was sent, what was known, what came out."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from math import isfinite

@@ -11,8 +11,6 @@ frequencies.
 Two effects cannot be distinguished where one's residuals are the other's (see ``alike.py``).
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Sequence
 from dataclasses import replace
 from math import inf

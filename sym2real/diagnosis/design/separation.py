@@ -6,8 +6,6 @@ what the manoeuvre shows: the two part where it is more than the gain that any f
 were held for one in the logs).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial

@@ -1,7 +1,5 @@
 """Prediction errors of windows over all logs, beside what a person would say of the windows."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

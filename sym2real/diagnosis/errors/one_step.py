@@ -1,7 +1,5 @@
 """One-step residuals of a model along logs, row by row, and their correlations over lags."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Sequence
 
 import numpy as np

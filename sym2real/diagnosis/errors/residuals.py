@@ -6,8 +6,6 @@ autocorrelation does. A residual that follows a command so many rows earlier sho
 model lacks. Bands are those of :mod:`sym2real.diagnosis.errors.one_step`.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cache
 from typing import Any

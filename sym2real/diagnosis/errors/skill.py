@@ -1,7 +1,5 @@
 """Errors of windows summed up per channel: how large, and beside what: "hold", the mean, the floor of noise."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass

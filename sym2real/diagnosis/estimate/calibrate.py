@@ -12,8 +12,6 @@ there: what a parameter's score Σ JᵀC⁻¹r is in the simulator, per segment 
 it in the log; it is taken away, and a fit moves by one Newton step.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache

@@ -4,8 +4,6 @@ What it leaves shows noise and small disturbances, from which the whitening is e
 thousand residuals are few dozen, so that fitting all of them takes less than a hundredth of the noise away.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What comes before any search: the base's own faults, candidates, and the covariance of errors."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import torch

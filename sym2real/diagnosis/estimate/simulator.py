@@ -6,8 +6,6 @@ nominal geometric controller and the log's quick changes of command, and what wa
 flights counts: a controller may drive forwards along a path that was driven in reverse, and an arm's knows one posture.
 """
 
-from __future__ import annotations
-
 import torch
 from numpy.typing import ArrayLike
 from scipy.ndimage import uniform_filter1d

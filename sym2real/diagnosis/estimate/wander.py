@@ -1,7 +1,5 @@
 """A sensor that wanders: noise whose next value goes on from the last, as the errors of an estimator do."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from functools import cached_property
 

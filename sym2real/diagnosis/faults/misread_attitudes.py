@@ -4,8 +4,6 @@ Of angles that are 57 times too large whole turns are lost, which rates count (`
 heading then starts follows from where the robot accelerates, or goes.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import partial
 

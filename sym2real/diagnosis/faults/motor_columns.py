@@ -1,7 +1,5 @@
 """Whether a log's motor columns stand in the model's order, by what the equations say that motors do to the rates."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

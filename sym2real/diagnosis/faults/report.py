@@ -1,7 +1,5 @@
 """What the data are fit for, before a model is blamed: timing, saturation, excitation, feedback, and their faults."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -1,7 +1,5 @@
 """What is wrong with clocks and sensors of rates and velocities, in words, and undone."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 

@@ -21,8 +21,6 @@ A controller that sees a noisy angle answers the noise: the rate follows it a ro
 a shift is one only where the angle's changes miss more without it than the angle's own noise.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import sqrt

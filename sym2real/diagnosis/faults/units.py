@@ -1,7 +1,5 @@
 """Columns that are so many times what is meant: in another unit, of the model's mass, or measured before a gear."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from math import exp, log, log10

@@ -4,8 +4,6 @@ Feedback is the part of a command's variance that a linear function of the measu
 reference explains: where it is large, state and command are not independent.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Which effects compete, and where fits of them start."""
 
-from __future__ import annotations
-
 import fnmatch
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Which effects compete in a diagnosis, and why each of the others does not: what was not tested is not refuted."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping
 from contextlib import suppress
 from dataclasses import dataclass

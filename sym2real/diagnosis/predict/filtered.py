@@ -1,7 +1,5 @@
 """Commands of whole logs as effects with memory let them through, for many parameter sets."""
 
-from __future__ import annotations
-
 import torch
 from torch import Tensor
 

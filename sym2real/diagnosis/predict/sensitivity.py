@@ -1,7 +1,5 @@
 """Predictions of all segments under many parameter sets in one rollout, and their derivatives by differences."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import cached_property
 

@@ -8,8 +8,6 @@ borrows what that does (drag is huge where wind is forbidden). Trim, which the n
 and comes last of all.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -15,8 +15,6 @@ are without one of these. Where no single effect helps, two may that hide each o
 saves something by luck, so what a pair saves must be beyond its standard error.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
 from functools import partial

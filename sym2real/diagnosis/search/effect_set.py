@@ -1,7 +1,5 @@
 """Effects that explain logs together, their joint fit, and what the set costs."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 

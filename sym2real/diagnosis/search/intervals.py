@@ -1,7 +1,5 @@
 """Values of what was found, with intervals."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass

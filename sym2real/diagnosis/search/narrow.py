@@ -1,7 +1,5 @@
 """Effects that move few of the measured directions, put beside what a search has chosen."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from copy import copy
 from dataclasses import replace

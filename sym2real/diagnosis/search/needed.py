@@ -15,8 +15,6 @@ predictions of the right model may be worse than that nothing changes, and worse
 grows more slowly. Where no model beats "hold", predictions judge nothing, and whole logs do.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial

@@ -6,8 +6,6 @@ they would save beside it, by the quadratic model about the set's fit. Any two e
 neither is, each its part; a pair that hides each other saves more than both do alone.
 """
 
-from __future__ import annotations
-
 from itertools import combinations, starmap
 
 from sym2real.diagnosis.estimate.quadratic import Fit, Hypothesis

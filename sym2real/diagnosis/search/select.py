@@ -1,7 +1,5 @@
 """The present set of a search: what joins it best, what is left of it, and whether its effects are beyond chance."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 

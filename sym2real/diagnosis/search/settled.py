@@ -8,8 +8,6 @@ none or another one in its place, that one at the end of what is likely outdoes 
 intervals, which cover the choice of the effects beside it, gives way to what is cheapest there, which may be nothing.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator, Sequence
 
 from sym2real.diagnosis.predict.candidate import Candidate

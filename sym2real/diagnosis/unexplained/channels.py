@@ -1,7 +1,5 @@
 """What may depend on something: disturbances, what measurements are off by, and parameters that were found."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 

@@ -6,8 +6,6 @@ by generalised least squares on the whitened residuals, d = -Σ JᵀC⁻¹r / Σ
 fit, to whose parameters they are orthogonal: what a finding explains already is not counted again.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import torch
 from scipy import stats

@@ -1,7 +1,5 @@
 """What the findings do not explain: disturbances, constants, dependences, a misfit; and a term for the strongest."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

@@ -5,8 +5,6 @@ end and its start less twice its middle: going on as before is no motion. Logs w
 no prediction needs: the integration error of the simulator that wrote them, for one.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import pairwise
 

@@ -1,7 +1,5 @@
 """What is left after the effects that were found, and where it changes, in words."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -7,8 +7,6 @@ one moment, known beforehand; of many the best is taken here, and the chance is 
 for parameter instability and structural change with unknown change point", Econometrica 61 (1993).
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 

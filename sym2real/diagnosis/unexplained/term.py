@@ -3,8 +3,6 @@
 Its coefficients are fitted by generalised least squares on the whitened residuals, and it is scored on logs left out.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

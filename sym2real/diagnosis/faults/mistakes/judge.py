@@ -1,7 +1,5 @@
 """Whether logs agree better with themselves and with a model, beyond chance, once a transformation is undone."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

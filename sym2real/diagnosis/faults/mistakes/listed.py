@@ -4,8 +4,6 @@ Of a kind with many members (orders and signs of components, an angle) the balan
 whether it is there is judged elsewhere, for all kinds alike.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from itertools import combinations, permutations, product
 

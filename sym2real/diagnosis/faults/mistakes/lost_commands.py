@@ -6,8 +6,6 @@ of it, the smooth part of those that were kept (regression calibration: R. Carro
 Nonlinear Models", 2006, chapter 4). The model tells which of the two it was, by its errors over a row.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from operator import itemgetter
 

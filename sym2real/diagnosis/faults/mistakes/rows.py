@@ -9,8 +9,6 @@ moves so from the row before, as a torque that steps moves a light arm. Of up to
 interpolated; longer runs cut the log, and nothing is made up inside.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

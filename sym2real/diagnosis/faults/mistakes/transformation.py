@@ -3,8 +3,6 @@
 A transformation says what the log holds in place of what is meant: ``undone`` reads it as meant.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import atan2, ceil, cos, degrees, sin

@@ -14,6 +14,7 @@ from sym2real.diagnosis.data.start import ROWS, Start
 from sym2real.diagnosis.data.windows import Windows, channel_errors, channel_units, predict_windows
 from sym2real.diagnosis.errors.floor import Floor
 from sym2real.diagnosis.settings import SETTINGS
+from sym2real.json_objects import plain
 from sym2real.layout import Layout
 from sym2real.protocols import DynamicsModel
 from sym2real.trajectory import Array
@@ -99,8 +100,7 @@ class HorizonErrors:
 
     def to_dict(self) -> dict[str, Any]:
         """An entry of ``horizons`` in what ``sym2real compare --json`` prints."""
-        channels = {channel: error.to_dict() for channel, error in self.errors.items()}
-        return {"horizon": self.horizon, "windows": self.windows, "errors": channels}
+        return {"horizon": self.horizon, "windows": self.windows, "errors": plain(self.errors)}
 
 
 def prediction_errors(
@@ -125,22 +125,36 @@ def prediction_errors(
 
 
 def _summary(windows: Sequence[Windows], step: int, dataset: Dataset, floor: Floor | None) -> HorizonErrors:
-    units = channel_units(dataset.layouts.state)
-    errors = [window.errors(step) for window in windows]
-    holds = [channel_errors(window.layout, window.start, window.measured[:, step - 1]) for window in windows]
-    off_means = [off_the_mean(window.layout, window.measured[:, step - 1]) for window in windows]
+    measured = [(window, window.measured[:, step - 1]) for window in windows]
+    errors = _joined(window.errors(step) for window in windows)
+    holds = _joined(channel_errors(window.layout, window.start, ends) for window, ends in measured)
+    off_means = _joined(off_the_mean(window.layout, ends) for window, ends in measured)
     varied = sum(len(window.rows) for window in windows) >= SETTINGS.fewest_pieces * len(windows)
     channels = {
-        channel: _channel_error(
-            np.concatenate([error[channel] for error in errors]),
-            np.concatenate([hold[channel] for hold in holds]),
-            np.concatenate([mean[channel] for mean in off_means]) if varied else None,
-            math.nan if floor is None else floor.errors[channel][0],
-            unit,
+        channel: ChannelError(
+            value=_root_mean_square(errors[channel]),
+            mean=float(errors[channel].mean()),
+            median=float(np.median(errors[channel])),
+            p95=float(np.quantile(errors[channel], 0.95)),
+            hold=_root_mean_square(holds[channel]),
+            spread=_root_mean_square(off_means[channel]) if varied else math.nan,
+            floor=math.nan if floor is None else floor.errors[channel][0],
+            unit=unit,
+            windows=len(errors[channel]),
         )
-        for channel, unit in units.items()
+        for channel, unit in channel_units(dataset.layouts.state).items()
     }
     return HorizonErrors(round(step * dataset.dt, 6), channels)
+
+
+def _joined(parts: Iterable[dict[str, Array]]) -> dict[str, Array]:
+    """Per channel, the windows of all logs behind each other ``# (windows,)``."""
+    logs = list(parts)
+    return {channel: np.concatenate([log[channel] for log in logs]) for channel in logs[0]}
+
+
+def _root_mean_square(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))
 
 
 def off_the_mean(layout: Layout, states: Tensor) -> dict[str, Array]:
@@ -149,17 +163,3 @@ def off_the_mean(layout: Layout, states: Tensor) -> dict[str, Array]:
     for _ in range(MEAN_STEPS):
         middle = layout.retract(middle, layout.difference(states, middle.expand_as(states)).mean(0, keepdim=True))
     return channel_errors(layout, states, middle.expand_as(states))
-
-
-def _channel_error(errors: Array, hold: Array, off_mean: Array | None, floor: float, unit: str) -> ChannelError:
-    return ChannelError(
-        value=float(np.sqrt(np.mean(errors**2))),
-        mean=float(errors.mean()),
-        median=float(np.median(errors)),
-        p95=float(np.quantile(errors, 0.95)),
-        hold=float(np.sqrt(np.mean(hold**2))),
-        spread=math.nan if off_mean is None else float(np.sqrt(np.mean(off_mean**2))),
-        floor=floor,
-        unit=unit,
-        windows=len(errors),
-    )

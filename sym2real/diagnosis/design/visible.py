@@ -46,12 +46,11 @@ class Predictions:
     def of(cls, problems: Problems, noise: SensorNoise | None) -> Predictions | None:
         """Of the logs of a problem, with noise of the sensors or that which the logs show; None of short logs."""
         library, data = problems.library, problems.data
-        horizons = judged_horizons(data, 0.0)
-        windows = windows_of(data, round(max(horizons) / data.dt)) if horizons else None
-        if windows is None:
+        if not (horizons := judged_horizons(data, 0.0)):
             return None
+        windows = windows_of(data, round(max(horizons) / data.dt)).some(MOST_WINDOWS)
         floor = floor_of_explained(library, data, library.null, problems.whitening, horizons, noise=noise)
-        return cls(Problem(library, data, windows.some(MOST_WINDOWS)), floor)
+        return cls(Problem(library, data, windows), floor)
 
     def of_parameters(self, free: Free) -> Tensor:
         """Size of every parameter from which on it matters, in units of its scale ``# (A,)``."""

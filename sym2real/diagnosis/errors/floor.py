@@ -184,11 +184,10 @@ def floor_of_explained(
         horizons: in s.
         noise: of the sensors; by default what the whitening and, of what it does not compare, the logs show.
     """
-    steps = [round(horizon / data.dt) for horizon in horizons]
-    windows = windows_of(data, max(steps)) if steps else None
-    if windows is None:
+    if not horizons:
         return ()
-    windows = windows.some(MOST_WINDOWS)
+    steps = [round(horizon / data.dt) for horizon in horizons]
+    windows = windows_of(data, max(steps)).some(MOST_WINDOWS)
     layout, problem = windows.layout, Problem(library, data, windows)
     compared, _ = compared_components(layout, whitening.fields)
     noise = noise or SensorNoise.of(data).with_deviation(compared, whitening.sensor.numpy())

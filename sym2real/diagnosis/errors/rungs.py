@@ -19,6 +19,7 @@ from sym2real.diagnosis.data.windows import channel_units, finite_errors, horizo
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.settings import SETTINGS
+from sym2real.json_objects import fields_of, plain
 from sym2real.logs.resample import BRIDGED
 from sym2real.trajectory import Array
 
@@ -50,7 +51,7 @@ class RungError:
 
     def to_dict(self) -> dict[str, Any]:
         """Without what was resampled."""
-        return {name: value for name, value in vars(self).items() if name != "resampled"}
+        return fields_of(self, without=("resampled",))
 
 
 @dataclass(frozen=True)
@@ -79,15 +80,12 @@ class Rung:
 
     def to_dict(self) -> dict[str, Any]:
         """The entry of ``ladder`` in docs/method.md, "Answers as files"."""
-        rows = [
-            {"horizon": horizon, "errors": {channel: error.to_dict() for channel, error in errors.items()}}
-            for horizon, errors in self.horizons.items()
-        ]
+        rows = [{"horizon": horizon, "errors": plain(errors)} for horizon, errors in self.horizons.items()]
         return {"model": self.model, "horizons": rows}
 
 
-def windows_of(data: Dataset, steps: int, after: float = 0.0, fields: Collection[str] = ()) -> Segments | None:
-    """Windows of so many steps that start every 0.1 s from what the rows before them say; None for short logs.
+def windows_of(data: Dataset, steps: int, after: float = 0.0, fields: Collection[str] = ()) -> Segments:
+    """Windows of so many steps that start every 0.1 s from what the rows before them say, of logs that are so long.
 
     Args:
         data: logs.
@@ -97,7 +95,7 @@ def windows_of(data: Dataset, steps: int, after: float = 0.0, fields: Collection
     """
     rows = [np.arange(_first_start(len(log), after), len(log) - steps, stride_of(data.dt)) for log in data]
     log, row = np.repeat(np.arange(len(data)), [len(own) for own in rows]), np.concatenate(rows)
-    return segments_at(data, log, row, steps + 1, fields) if len(row) else None
+    return segments_at(data, log, row, steps + 1, fields)
 
 
 def _first_start(rows: int, after: float) -> int:
@@ -146,10 +144,10 @@ def ladder(
         horizons: in s, of :func:`horizons_for`.
         after: part of every log behind which windows start.
     """
-    steps = {horizon: round(horizon / data.dt) for horizon in horizons}
-    windows = windows_of(data, max(steps.values()), after) if steps else None
-    if windows is None:
+    if not horizons:
         return []
+    steps = {horizon: round(horizon / data.dt) for horizon in horizons}
+    windows = windows_of(data, max(steps.values()), after)
     problem = Problem(library, data, windows)
     folds = torch.as_tensor(np.zeros_like(windows.log) if fold_of is None else fold_of[windows.log])
     known = {count: _known(data, windows, count) for count in steps.values()}

@@ -140,9 +140,7 @@ def _fitted(problem: Problem, starts: Sequence[Hypothesis]) -> tuple[Problems, F
 def _judged_windows(data: Dataset, steps: int) -> Segments:
     """Windows of which the channels are compared that predictions are judged by."""
     fields = {channel_name(field): field.name for field in data.layouts.state.fields}
-    windows = windows_of(data, steps, fields=[fields[name] for name in judged(fields)])
-    assert windows is not None
-    return windows.some(MOST_WINDOWS)
+    return windows_of(data, steps, fields=[fields[name] for name in judged(fields)]).some(MOST_WINDOWS)
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,8 +11,7 @@ import torch
 from scipy import stats
 from torch import Tensor
 
-from sym2real.diagnosis.data.segments import Segments, summed
-from sym2real.diagnosis.estimate.calibrate import Calibration
+from sym2real.diagnosis.data.segments import summed
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.diagnosis.unexplained.channels import Channel
 from sym2real.diagnosis.unexplained.dependence import Terms
@@ -23,12 +22,10 @@ from sym2real.effects.kind import with_unit
 from sym2real.trajectory import Array
 
 
-def find_differing(terms: Terms, own: Calibration | None = None) -> tuple[Leftover, ...]:
+def find_differing(terms: Terms) -> tuple[Leftover, ...]:
     """Disturbances nearly all of whose squares are between logs, and that matter; the one that moves most first.
 
-    Args:
-        terms: beside what was found.
-        own: the base against the plain simulator: a channel in which it is off as much there shows its own fault.
+    A channel in which the base is off as much in the plain simulator shows its own fault.
     """
     problems, leftovers = terms.problems, list[Leftover]()
     if problems.log_count < SETTINGS.fewest_logs:
@@ -39,10 +36,10 @@ def find_differing(terms: Terms, own: Calibration | None = None) -> tuple[Leftov
     here, there = terms.products(problems.whitening)
     for channel in channels:
         constant = Dependence(channel, CONSTANT)
-        chance, share, sizes = _by_log(terms.side, here, segments, channel)
+        chance, share, sizes = _by_log(terms.side, here, channel)
         apart, of_base = sizes - sizes.mean(), 0.0
-        if own is not None and terms.own is not None and there is not None:
-            of_base = _by_log(terms.own, there, own.problem.segments, channel)[2].std()
+        if terms.own is not None and there is not None:
+            of_base = _by_log(terms.own, there, channel)[2].std()
         sure = chance < SETTINGS.false_alarms_of_each(len(channels)) and share > SETTINGS.nearly
         if sure and of_base <= SETTINGS.mostly * apart.std():
             in_logs = terms.side.by_terms([constant])[..., 0] * torch.as_tensor(apart[place_of] / channel.size)[:, None]
@@ -53,12 +50,12 @@ def find_differing(terms: Terms, own: Calibration | None = None) -> tuple[Leftov
     return tuple(sorted((entry for entry in leftovers if entry.matters), key=lambda entry: -(entry.motion or 0.0)))
 
 
-def _by_log(side: Side, products: Tensor, segments: Segments, channel: Channel) -> tuple[float, float, Array]:
+def _by_log(side: Side, products: Tensor, channel: Channel) -> tuple[float, float, Array]:
     """Chance that logs differ so, the part ω² of squares that is between them, and the constants ``# (logs,)``.
 
     Within a log its halves differ, as by gusts that last for seconds.
     """
-    logs, numbers = np.unique(segments.log, return_inverse=True)[1], np.arange(len(segments))
+    logs, numbers = np.unique(side.problem.segments.log, return_inverse=True)[1], np.arange(len(products))
     middle = np.array([np.median(numbers[logs == log]) for log in range(logs.max() + 1)])
     halves = np.unique(2 * logs + (numbers > middle[logs]), return_inverse=True)[1]
     gradient, curvature = side.joined(products, [Dependence(channel, CONSTANT)])

@@ -135,7 +135,8 @@ class Terms:
         gradient, curvature = self.side.joined(here, terms)
         if self.own is not None and there is not None and all(map(self.own.has, terms)):
             base, _ = self.own.joined(there, terms)
-            gradient = gradient - whitening.trust[:, None] * by_log(base, self.own.logs, self.side.logs)
+            names = (side.problem.log_names for side in (self.own, self.side))
+            gradient = gradient - whitening.trust[:, None] * by_log(base, *names)
         return gradient, curvature
 
     def promising(self) -> list[TermFit]:

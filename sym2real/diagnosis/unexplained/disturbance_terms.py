@@ -128,7 +128,7 @@ class Side:
             parameters that were found ``# (S, R, D, pieces)``.
         terms: shapes of every term, of :func:`shapes_among`.
         ahead: where the robot points, level ``# (S, pieces, 2)``; None where nobody knows.
-        logs: name of every segment's log.
+        problem: the data set with its segments.
     """
 
     columns: Tensor
@@ -136,7 +136,7 @@ class Side:
     shapes: Tensor
     terms: Shapes
     ahead: Tensor | None
-    logs: tuple[str, ...]
+    problem: Problem
 
     @classmethod
     def of(cls, problem: Problem, spread: Spread, values: Tensor, fit: Fit, terms: Shapes) -> Side:
@@ -156,7 +156,7 @@ class Side:
         offsets = shape.repeat(problem.segments.length, 1)[None, ..., None].expand(len(columns), -1, -1, PIECES)
         slopes = slopes.expand(*slopes.shape[:-1], PIECES)
         shapes = torch.cat([spread.disturbances, offsets, slopes], dim=2)
-        return cls(columns, spread, shapes, terms, ahead_of(problem), problem.log_names)
+        return cls(columns, spread, shapes, terms, ahead_of(problem), problem)
 
     def products(self, whitening: Whitening) -> Tensor:
         """Products under C⁻¹, per segment, of all that terms are judged by ``# (S, 1 + A + D·pieces, ·)``.

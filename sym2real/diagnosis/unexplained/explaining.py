@@ -9,7 +9,6 @@ from sym2real.diagnosis.data.windows import JUDGED_AT, judged
 from sym2real.diagnosis.errors.floor import Floor, SensorNoise, floor_of_explained
 from sym2real.diagnosis.errors.rungs import Rung
 from sym2real.diagnosis.estimate.fit import Problems
-from sym2real.diagnosis.estimate.whitening import Whitened
 from sym2real.diagnosis.score.finding import Scored, applied
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.diagnosis.unexplained.constant import find_differing
@@ -25,21 +24,19 @@ LISTED = 3
 
 def explain_rest(scored: Scored) -> tuple[tuple[Leftover, ...], Term | None]:
     """What no effect explains, the strongest of what matters first, and an unverified term that would some of that."""
-    result, prepared = scored.result, scored.result.prepared
-    selection, problems = result.selection, prepared.problems
-    here = Whitened(problems.problem, prepared.spread, problems.whitening, selection.fit.values)
+    prepared = scored.result.prepared
     # Commands that no row holds move the robot, and what they did goes with what it then did.
     commands_lost = prepared.checked.commands_lost or any(finding.doubtful for finding in scored.findings)
-    leftovers = () if commands_lost else _leftovers(scored, here)
+    leftovers = () if commands_lost else _leftovers(scored)
     if not (commands_lost or (scored.findings and scored.gate.beats_hold) or any(left.matters for left in leftovers)):
         leftovers = (*worse_than_nothing(scored), *leftovers)
     if not any(leftover.matters for leftover in leftovers):
         return leftovers, None
     informed = applied(prepared.model, scored.findings)
-    return leftovers, propose(informed, prepared.checked.data, leftovers[0], problems.whitening)
+    return leftovers, propose(informed, prepared.checked.data, leftovers[0], prepared.whitening)
 
 
-def _leftovers(scored: Scored, here: Whitened) -> tuple[Leftover, ...]:
+def _leftovers(scored: Scored) -> tuple[Leftover, ...]:
     """What no effect explains, the strongest of what matters first."""
     selection, prepared = scored.result.selection, scored.result.prepared
     own, problems = prepared.calibration, selection.problems
@@ -49,12 +46,13 @@ def _leftovers(scored: Scored, here: Whitened) -> tuple[Leftover, ...]:
         terms = Terms.of(selection, prepared.spread, own)
         leftovers = find_dependences(terms)
         if astray and scored.stages and scored.floor:
-            leftovers += find_differing(terms, own)
+            leftovers += find_differing(terms)
         leftovers += find_part(selection)
-    misfit = problems.whitening.misfit(here.residuals)
+    left = problems.problem.residuals(selection.fit.values[None])[0]
+    misfit = problems.whitening.misfit(left)
     mostly_odd = misfit > SETTINGS.far and len(odd_pieces(problems)) > SETTINGS.mostly * len(problems.whitening.trust)
     if not any(leftover.matters for leftover in leftovers) and (astray or mostly_odd):
-        motion = part_of_changes(problems.problem.segments, here.residuals)
+        motion = part_of_changes(problems.problem.segments, left)
         leftovers += find_misfit(misfit, motion)
         # Where a simulator has shown the base's own errors, these may be as large.
         if own is None and not any(leftover.matters for leftover in leftovers):

@@ -92,7 +92,7 @@ def _checked(model: Equations | None, logs: tuple[Trajectory, ...]) -> Checked:
         _signs,
         *(partial(breached, look) for look in commands),
         clock,  # which sensors in other frames and units did not tell
-        partial(behind_their_rates, model),
+        partial(breached, partial(behind_their_rates, model)),
         partial(sensors_of, model),
         *(() if model is None else (partial(motors, model),)),
     )

@@ -7,14 +7,13 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.faults.fault import Fault, Settled
+from sym2real.diagnosis.faults.fault import Breach
 from sym2real.diagnosis.faults.mistakes.balance import Balances, chance, missed_beside_drag
-from sym2real.diagnosis.faults.mistakes.transformation import Late, mended, of_all
+from sym2real.diagnosis.faults.mistakes.transformation import Late, of_all
 from sym2real.diagnosis.faults.sensor_faults import predictions
 from sym2real.diagnosis.faults.sensor_readings import PATH, Reading, measured_by, readings
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.layout import Layout
-from sym2real.logs.sources import AsRead
 from sym2real.logs.wheel_speed import made_of_wheel
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Array
@@ -24,12 +23,12 @@ POSE, POINTING = "pose", (ATTITUDE.columns, HEADING.columns)
 ANSWERING, TINY = 4, 1e-9  # rows in which a rate answers, a late command's too
 
 
-def behind_their_rates(model: Equations | None, data: Dataset) -> Settled:
+def behind_their_rates(model: Equations | None, data: Dataset) -> list[Breach]:
     """What all its rates are ahead of: no sensor reports what is still to come, so it is late itself.
 
     By more than what rates at rows are in between makes of it (:func:`_by_holding`).
     """
-    given, lates, asked = data, list[tuple[Late, str]](), set[str]()
+    lates, asked = list[tuple[Late, str]](), set[str]()
     balances = Balances.of(model, data) if model else None
     while shifted := [reading for reading in _shifted(data) if reading.of not in asked]:
         asked |= {measured := shifted[0].of}  # of a heading that has been mended velocities have turned
@@ -49,7 +48,7 @@ def behind_their_rates(model: Equations | None, data: Dataset) -> Settled:
                 lates.append((late, f"{text} of it"))
                 data = mended
                 break
-    return _by_common_clock(lates, given)
+    return _by_common_clock(lates)
 
 
 def _by_holding(predicted: Dataset, data: Dataset) -> dict[str, float]:
@@ -76,18 +75,14 @@ def _answers(commanded: Sequence[Array], measured: Sequence[Array]) -> Array:
     return found
 
 
-def _by_common_clock(lates: Sequence[tuple[Late, str]], data: Dataset) -> Settled:
+def _by_common_clock(lates: Sequence[tuple[Late, str]]) -> list[Breach]:
     """To parts of a row; a heading and a place that are as late, but for what honest rates may be, are one sensor's."""
-    rows = [late.rows for late, _ in lates]
+    rows, part = [late.rows for late, _ in lates], SETTINGS.part_of_a_row
     if len(rows) == 2 and max(rows) - min(rows) < 1.0 and lates[0][0].columns in POINTING:
         columns = tuple(name for late, _ in lates for name in late.columns)
-        lates = [(Late(POSE, columns, float(np.mean(rows)), data.dt), "; ".join(text for _, text in lates))]
-    faults, read = list[Fault](), AsRead(data[0].sources)
-    for exact, text in lates:
-        late = replace(exact, rows=SETTINGS.part_of_a_row * round(exact.rows / SETTINGS.part_of_a_row))
-        faults.append(Fault("", f"{late.name}: {text}", late.fix(read)))
-        data = Dataset(mended(late, log) for log in data)
-    return faults, data
+        pose = replace(lates[0][0], what=POSE, columns=columns, rows=float(np.mean(rows)))
+        lates = [(pose, "; ".join(text for _, text in lates))]
+    return [Breach(replace(late, rows=part * round(late.rows / part)), text) for late, text in lates]
 
 
 def _measured_together(state: Layout, measured: str) -> Iterator[tuple[str, tuple[str, ...]]]:

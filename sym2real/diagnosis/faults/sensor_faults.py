@@ -56,7 +56,10 @@ def clock_of(step: float, data: Dataset) -> Settled:
 def sensors_of(model: Equations | None, data: Dataset) -> Settled:
     """Scales, biases and time shifts of rates and velocities, but for scales that a model has without any fault."""
     faults, read, sensors = [], AsRead(data[0].sources), readings(data)
-    own = of_the_model(model, data, PREDICTED) if model and any(reading.scale != 1.0 for reading in sensors) else {}
+    scaled = any(reading.scale != 1.0 for reading in sensors)
+    predicted = predictions(model, data, PREDICTED) if model and scaled else None
+    # Of a servo that answers a command within a row the rates at rows are not those in between.
+    own = {reading.column: reading.scale for reading in readings(predicted, noisy=False)} if predicted else {}
     for reading in (_beside(own, reading) for reading in sensors):
         data = Dataset(reading.undone(log) for log in data)
         for kind, value in reading.faulty.items():
@@ -71,17 +74,6 @@ def sensors_of(model: Equations | None, data: Dataset) -> Settled:
     return faults, data
 
 
-def of_the_model(
-    model: Equations, data: Dataset, horizon: float | None = None, honest: float = 1.0
-) -> dict[str, Reading]:
-    """What a model's own predictions of what its sensors measure say, by column; nothing without a number.
-
-    Of a servo that answers a command within a row the rates at rows are not those in between.
-    """
-    predicted = predictions(model, data, horizon)
-    return {reading.column: reading for reading in readings(predicted, honest, noisy=False)} if predicted else {}
-
-
 def predictions(model: Equations, data: Dataset, horizon: float | None = None) -> Dataset | None:
     """A model's own predictions of what its sensors measure, along logs; None without a number."""
     try:
@@ -91,8 +83,7 @@ def predictions(model: Equations, data: Dataset, horizon: float | None = None) -
     return predicted if all(np.isfinite(log.state).all() for log in predicted) else None
 
 
-def _beside(own: Mapping[str, Reading], reading: Reading) -> Reading:
+def _beside(own: Mapping[str, float], reading: Reading) -> Reading:
     """A reading whose scale is one beside that of the model's predictions; none is left where they say the same."""
-    of_own = own[reading.column].scale if reading.column in own else 1.0
-    scale = reading.scale if reading.scale == 1.0 else reading.scale / of_own
+    scale = 1.0 if reading.scale == 1.0 else reading.scale / own.get(reading.column, 1.0)
     return replace(reading, scale=scale if abs(np.log(scale)) > SETTINGS.uneven else 1.0)

@@ -11,8 +11,7 @@ from scipy.signal import lfilter
 from sym2real.correlations import autocorrelation, centred, cross_correlations, cross_deviation, summed_lags
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import compare
-from sym2real.diagnosis.errors.one_step import one_step_residuals, residual_of, tangent_units
-from sym2real.diagnosis.errors.residuals import Residual, Residuals
+from sym2real.diagnosis.errors.residuals import Residual, Residuals, one_step_residuals, residual_of, tangent_units
 from sym2real.layout import Layout, Layouts
 from sym2real.robots import ROBOTS
 from sym2real.symbolic import Equations

@@ -13,9 +13,8 @@ from sym2real.diagnosis.data.start import ROWS, Start
 from sym2real.diagnosis.data.windows import JUDGED_AT, free_run_seconds, horizons_in_rows, rows_ahead
 from sym2real.diagnosis.errors.by_window import window_errors
 from sym2real.diagnosis.errors.floor import Floor, floor_of_noise
-from sym2real.diagnosis.errors.one_step import one_step_residuals
 from sym2real.diagnosis.errors.regions import Segment, Where, where_of, worst_segments
-from sym2real.diagnosis.errors.residuals import Residuals
+from sym2real.diagnosis.errors.residuals import Residuals, one_step_residuals
 from sym2real.diagnosis.errors.skill import HorizonErrors, prediction_errors
 from sym2real.diagnosis.faults.mistakes.lost_commands import with_lost_commands
 from sym2real.diagnosis.faults.report import DataReport, data_report

@@ -3,9 +3,10 @@
 The residual of a row is what was measured less what the model predicts from the measured row before it. White sensor
 noise enters two rows with opposite signs, so a negative correlation between neighbours accuses nobody; any other
 autocorrelation does. A residual that follows a command so many rows earlier shows a gain, a lag or a delay that the
-model lacks. Bands are those of :mod:`sym2real.diagnosis.errors.one_step`.
+model lacks. Bands are those of :mod:`sym2real.correlations`.
 """
 
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -13,9 +14,21 @@ from typing import Any
 import numpy as np
 from scipy.stats import norm
 
+from sym2real import correlations
+from sym2real.dataset import Dataset
+from sym2real.diagnosis.data.start import ROWS
+from sym2real.diagnosis.data.windows import UNIT_OF_KIND, channel_name, one_step_windows
 from sym2real.diagnosis.settings import SETTINGS
+from sym2real.effects.along_logs import prepared
+from sym2real.layout import Layout
+from sym2real.logs.noise import SMALLEST_NOISE
+from sym2real.protocols import DynamicsModel
+from sym2real.symbolic import Equations
 from sym2real.trajectory import Array
 from sym2real.upward import upward
+
+MEMORY = 0.5  # s: longest lag
+PIECE = 4  # the longest lag is at most this part of the longest log
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +86,7 @@ class Residual:
 
 @dataclass(frozen=True, eq=False)
 class Residuals:
-    """What :func:`~sym2real.diagnosis.errors.one_step.one_step_residuals` found.
+    """What :func:`one_step_residuals` found.
 
     Args:
         dt: time between rows in s.
@@ -135,3 +148,74 @@ class Residuals:
 @cache
 def _bar(tests: int) -> float:
     return float(norm.isf(SETTINGS.level / 2 / max(tests, 1)))
+
+
+def one_step_residuals(model: Equations | DynamicsModel, data: Dataset, constant: Collection[str] = ()) -> Residuals:
+    """Autocorrelation of what one-step predictions miss, and its correlation with what was sent.
+
+    Args:
+        model: predicts in float64, with the data's columns.
+        data: logs; those shorter than a window's history and a few rows are left out.
+        constant: commands that hardly vary, which are left out.
+
+    Raises:
+        ShapeError: when columns or time steps differ.
+    """
+    predictor, dataset = prepared(model, data)
+    misses, sent = [], []
+    for trajectory, as_sent in zip(dataset, data, strict=True):
+        if len(trajectory) > ROWS + PIECE:
+            windows = one_step_windows(predictor, trajectory)
+            misses.append(windows.missed.numpy())
+            sent.append(as_sent.action[windows.rows])
+    if not misses:
+        return Residuals(dataset.dt, 0, 0, {})
+    lags = max(1, min(round(MEMORY / dataset.dt), max(map(len, misses)) // PIECE))
+    commands = {
+        name: correlations.centred([rows[:, place] for rows in sent])
+        for place, name in enumerate(data.layouts.action)
+        if name not in constant
+    }
+    residuals = {
+        name: residual_of(correlations.centred([rows[:, place] for rows in misses]), commands, lags, unit)
+        for place, (name, unit) in enumerate(tangent_units(dataset.layouts.state).items())
+    }
+    components = {name: residual for name, residual in residuals.items() if residual is not None}
+    return Residuals(dataset.dt, sum(map(len, misses)), lags, components)
+
+
+def residual_of(pieces: Sequence[Array], commands: dict[str, list[Array]], lags: int, unit: str) -> Residual | None:
+    """Correlations of one component; None where the model predicts it to the last digit.
+
+    Args:
+        pieces: its residuals by log, centred ``# (rows,)`` each.
+        commands: by name, centred, in the same pieces.
+        lags: longest lag in rows.
+        unit: of the residual.
+    """
+    rows = sum(map(len, pieces))
+    deviation = float(np.sqrt(sum(float(piece @ piece) for piece in pieces) / rows))
+    if deviation <= SMALLEST_NOISE:
+        return None
+    far = max(lags, correlations.summed_lags(pieces))
+    itself = correlations.autocorrelation(pieces, far)
+    following = {
+        name: Following(
+            correlations.cross_correlations(pieces, values, lags),
+            correlations.cross_deviation(rows, itself, correlations.autocorrelation(values, far)),
+        )
+        for name, values in commands.items()
+    }
+    return Residual(deviation, unit, itself[:lags], correlations.own_deviations(rows, itself[:lags]), following)
+
+
+def tangent_units(layout: Layout) -> dict[str, str]:
+    """Name and unit of every component of a difference between states, in their order."""
+    units: dict[str, str] = {}
+    for field in layout.fields:
+        names = field.columns
+        if field.kind != "vector":
+            axes = "xyz"[: field.tangent_size]
+            names = tuple(f"{channel_name(field)} {axis}" for axis in axes) if len(axes) > 1 else (channel_name(field),)
+        units |= dict.fromkeys(names, UNIT_OF_KIND.get(field.kind, field.unit))
+    return units

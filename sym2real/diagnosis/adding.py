@@ -25,10 +25,9 @@ from sym2real.diagnosis.predict.candidate import Candidate, candidates
 from sym2real.diagnosis.question import Question
 from sym2real.diagnosis.score.finding import Finding, findings, laddered
 from sym2real.diagnosis.score.hypothesis_test import Alternative, HypothesisTest
-from sym2real.diagnosis.search.effect_set import EffectSet
 from sym2real.diagnosis.search.near import Near, as_good, by_own_starts, by_price, left_its_part
 from sym2real.diagnosis.search.needed import Predicted, keep_needed
-from sym2real.diagnosis.search.select import Selection
+from sym2real.diagnosis.search.select import EffectSet, Selection
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects import compose, effect
 from sym2real.effects.catalogue import always_alike

@@ -13,9 +13,8 @@ from sym2real.diagnosis.estimate.quadratic import Fit
 from sym2real.diagnosis.estimate.significance import collinear, half_widths
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.predict.sensitivity import Problem
-from sym2real.diagnosis.search.effect_set import EffectSet
 from sym2real.diagnosis.search.near import Near
-from sym2real.diagnosis.search.select import Selection, reported
+from sym2real.diagnosis.search.select import EffectSet, Selection, reported
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects.kind import Parameter, with_unit
 from sym2real.effects.manoeuvres import typical_speed

@@ -6,10 +6,9 @@ from dataclasses import replace
 from functools import partial
 
 from sym2real.diagnosis.estimate.significance import least_gain
-from sym2real.diagnosis.search.effect_set import EffectSet
 from sym2real.diagnosis.search.near import Near
 from sym2real.diagnosis.search.needed import Needed, Predicted
-from sym2real.diagnosis.search.select import PROMISING, Selection, parameter_set
+from sym2real.diagnosis.search.select import PROMISING, EffectSet, Selection, parameter_set
 from sym2real.diagnosis.search.settled import refuted
 from sym2real.diagnosis.settings import SETTINGS
 

@@ -20,8 +20,7 @@ import torch
 from torch import Tensor
 
 from sym2real.diagnosis.predict.candidate import Candidate
-from sym2real.diagnosis.search.effect_set import EffectSet
-from sym2real.diagnosis.search.select import Selection
+from sym2real.diagnosis.search.select import EffectSet, Selection
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects.catalogue import always_alike
 

@@ -34,9 +34,8 @@ from sym2real.diagnosis.estimate.quadratic import Fit
 from sym2real.diagnosis.estimate.significance import beyond_trim
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.predict.library import Library
-from sym2real.diagnosis.search.effect_set import EffectSet
 from sym2real.diagnosis.search.intervals import attenuated
-from sym2real.diagnosis.search.select import Selection, parameter_set
+from sym2real.diagnosis.search.select import EffectSet, Selection, parameter_set
 from sym2real.diagnosis.settings import SETTINGS
 
 # Where the part of a single log begins that is predicted by the fit of the rest.

@@ -10,8 +10,7 @@ from itertools import combinations, starmap
 
 from sym2real.diagnosis.estimate.quadratic import Fit, Hypothesis
 from sym2real.diagnosis.predict.candidate import Candidate
-from sym2real.diagnosis.search.effect_set import EffectSet
-from sym2real.diagnosis.search.select import Selection
+from sym2real.diagnosis.search.select import EffectSet, Selection
 
 # Pairs that are refitted in full.
 REFITTED = 2

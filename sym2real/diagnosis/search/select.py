@@ -1,7 +1,8 @@
-"""The present set of a search: what joins it best, what is left of it, and whether its effects are beyond chance."""
+"""Sets of effects that explain logs together, and the present set of a search: what joins it, what is left of it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import torch
 from torch import Tensor
@@ -10,7 +11,6 @@ from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.quadratic import Fit, Free, Hypothesis
 from sym2real.diagnosis.estimate.significance import beyond_chance, half_widths, standard_error
 from sym2real.diagnosis.predict.candidate import Candidate
-from sym2real.diagnosis.search.effect_set import EffectSet
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects.kind import Parameter
 
@@ -23,6 +23,43 @@ Screening = tuple[float, list[tuple[float, Candidate, Tensor]]]
 BETTER = 1e-4
 # In units of a parameter's scale: nearer to a bound a value is at it.
 AT_BOUND = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class EffectSet:
+    """Effects and their joint fit.
+
+    Args:
+        chosen: the effects, in the order in which they came in.
+        fit: of all.
+        held_out: loss per fold ``# (folds,)``.
+        price: the loss of all folds with the effects' charges.
+    """
+
+    chosen: tuple[Candidate, ...]
+    fit: Fit
+    held_out: Tensor
+    price: float
+
+    @property
+    def candidate(self) -> Candidate:
+        """The effect that came in last."""
+        return self.chosen[-1]
+
+    @cached_property
+    def loss(self) -> float:
+        """Held-out loss of all folds."""
+        return float(self.held_out.sum())
+
+    @cached_property
+    def names(self) -> frozenset[str]:
+        """Of the effects."""
+        return frozenset(candidate.name for candidate in self.chosen)
+
+    @property
+    def smaller(self) -> list[frozenset[str]]:
+        """Names of the sets with one effect less."""
+        return [self.names - {name} for name in self.names]
 
 
 @dataclass(eq=False)

@@ -11,11 +11,10 @@ intervals, which cover the choice of the effects beside it, gives way to what is
 from collections.abc import Collection, Iterator, Sequence
 
 from sym2real.diagnosis.predict.candidate import Candidate
-from sym2real.diagnosis.search.effect_set import EffectSet
 from sym2real.diagnosis.search.intervals import none_within
 from sym2real.diagnosis.search.near import Near, Place, by_own_starts
 from sym2real.diagnosis.search.needed import Needed, Predicted, keep_needed
-from sym2real.diagnosis.search.select import Selection
+from sym2real.diagnosis.search.select import EffectSet, Selection
 
 
 def settle(predicted: Predicted) -> Needed:

@@ -20,8 +20,7 @@ from sym2real.diagnosis.estimate.fit import STEPS, Problems
 from sym2real.diagnosis.estimate.quadratic import Fit, Free, Hypothesis
 from sym2real.diagnosis.estimate.significance import standard_error
 from sym2real.diagnosis.predict.candidate import Candidate
-from sym2real.diagnosis.search.effect_set import EffectSet
-from sym2real.diagnosis.search.select import Selection, parameter_set
+from sym2real.diagnosis.search.select import EffectSet, Selection, parameter_set
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.diagnosis.unexplained.features import part_of_changes
 from sym2real.diagnosis.unexplained.leftover import Leftover

@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import chain
 
 import numpy as np
 import torch
@@ -138,24 +139,18 @@ class Problems:
 
     def _fit(self, hypotheses: Sequence[Hypothesis], steps: int) -> list[Fit]:
         fits = self.quadratics(hypotheses)
-        open_fits = [bool(started.whole) for started in fits]
+        waiting = [i for i, fit in enumerate(fits) if fit.whole]
         for _ in range(steps):
-            waiting = [i for i, is_open in enumerate(open_fits) if is_open]
             if not waiting:
                 break
-            steps_to = [self.best_step(fits[i]) for i in waiting]
-            around = zip(waiting, steps_to, strict=True)
-            trials = [self.moved(fits[i], step * part) for i, step in around for part in LINE_SEARCH]
-            losses = self.totals(trials).reshape(len(waiting), -1)
-            better: list[tuple[int, Tensor]] = []
-            for row, i in enumerate(waiting):
-                best = int(losses[row].argmin())
-                gain = fits[i].total - float(losses[row, best])
-                open_fits[i] = gain > CONVERGED * fits[i].total
-                if gain > 0:
-                    better.append((i, trials[row * len(LINE_SEARCH) + best]))
-            renewed = self.quadratics([Hypothesis(fits[i].free, values) for i, values in better])
-            for (i, _), fit in zip(better, renewed, strict=True):
+            steps_to = [(fits[i], self.best_step(fits[i])) for i in waiting]
+            trials = [[self.moved(fit, step * part) for part in LINE_SEARCH] for fit, step in steps_to]
+            losses = self.totals(chain(*trials)).reshape(len(waiting), -1)
+            gains = {i: fits[i].total - float(lowest) for i, lowest in zip(waiting, losses.amin(1), strict=True)}
+            best = zip(waiting, trials, losses.argmin(1).tolist(), strict=True)
+            better = {i: Hypothesis(fits[i].free, tried[place]) for i, tried, place in best if gains[i] > 0}
+            waiting = [i for i, gain in gains.items() if gain > CONVERGED * fits[i].total]
+            for i, fit in zip(better, self.quadratics([*better.values()]), strict=True):
                 fits[i] = fit
         return fits
 

@@ -59,15 +59,11 @@ def verdict(
     unexplained = any(leftover.matters for leftover in leftovers) and (any(shown) or not shown)
     formed = [finding for finding in findings if not of_another_form(finding, leftovers)]
     clear = any(not (finding.doubtful or (finding.small and len(formed) < len(findings))) for finding in formed)
-    removed = sum(finding.share for finding in findings)
+    removed, falls = sum(finding.share for finding in findings), 1.0 if gate.best is None else gate.best.part
     before, after = misfit
     left = (after - 1.0) / max(before - 1.0, 1e-12) if after > SETTINGS.far else 0.0
     borne_out = gate.before is None or gate.beats_hold or (gate.fallen and left <= SETTINGS.worth_saying)
-    stays = (
-        left > SETTINGS.mostly
-        or removed < SETTINGS.mostly
-        or (gate.best is not None and gate.best.part < SETTINGS.mostly)
-    )
+    stays = left > SETTINGS.mostly or min(removed, falls) < SETTINGS.mostly
     beyond = any(name in gate.falling for _, name in beyond_times(parts.ladder, parts.floor, SETTINGS.far))
     far = stays or (beyond and after - 1.0 >= SETTINGS.negligible * (before - 1.0))
     established = clear and gate.passed and not (unexplained and (far or not borne_out))

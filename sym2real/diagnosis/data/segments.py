@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass, replace
+from itertools import chain
 from math import ceil
 from typing import Any
 
@@ -159,15 +160,10 @@ def compared_components(layout: Layout, names: Collection[str]) -> tuple[tuple[i
 
     All fields where none has such a name.
     """
-    there = {field.name for field in layout.fields if not field.hidden}
-    names = there.intersection(names) or there
-    compared: list[int] = []
-    channel: list[int] = []
-    for number, (field, places) in enumerate(zip(layout.fields, layout.tangent_places, strict=True)):
-        if field.name in names and not field.hidden:
-            compared += places
-            channel += [number] * len(places)
-    return tuple(compared), tuple(channel)
+    shown = [number for number, field in enumerate(layout.fields) if not field.hidden]
+    numbers = [number for number in shown if layout.fields[number].name in names] or shown
+    places = [layout.tangent_places[number] for number in numbers]
+    return tuple(chain(*places)), tuple(np.repeat(numbers, [len(own) for own in places]).tolist())
 
 
 def compared_fields(segments: Segments) -> tuple[Layout, list[int]]:

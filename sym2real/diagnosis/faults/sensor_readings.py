@@ -22,7 +22,7 @@ a shift is one only where the angle's changes miss more without it than the angl
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import sqrt
 
 import numpy as np
@@ -74,9 +74,7 @@ class Reading:
 
     def undone(self, log: Trajectory) -> Trajectory:
         """The log as an honest sensor would have written it; its ends are held where a shift leaves them."""
-        state, place = log.state.copy(), log.layouts.state.index(self.column)
-        state[:, place] = self.honest(log.time, state[:, place])
-        return replace(log, state=state)
+        return log.with_columns({self.column: self.honest(log.time, log.column(self.column))})
 
     def honest(self, time: Array, values: Array) -> Array:
         """What an honest sensor would have reported in place of values ``# (rows,)``."""

@@ -143,7 +143,9 @@ def floor_of_noise(
         start: how start states are estimated.
     """
     layout, rng, longest = data.layouts.state, np.random.default_rng(SEED), max(steps)
-    noise = _no_larger_than_one_step(SensorNoise.of(data), model, data)
+    noise, missed = SensorNoise.of(data), [one_step_windows(model, log).missed for log in data if len(log) > ROWS]
+    if sum(map(len, missed)) > 1:  # a single window has no deviation
+        noise = replace(noise, deviation=np.minimum(noise.deviation, torch.cat(missed).std(0).numpy()))
     stride, row = max(1, round(STRIDE / data.dt)), torch.as_tensor(noise.of_a_row).square()
     moved, windows = torch.zeros(longest, layout.tangent_size, dtype=torch.float64), 0
     for trajectory in (log for log in data if len(log) >= ROWS + longest):
@@ -156,13 +158,6 @@ def floor_of_noise(
         return ()
     square = moved / windows + row  # (longest, tangent)
     return tuple(_floor(count * data.dt, layout, square[count - 1]) for count in steps)
-
-
-def _no_larger_than_one_step(noise: SensorNoise, model: DynamicsModel, data: Dataset) -> SensorNoise:
-    together = torch.cat([one_step_windows(model, log).missed for log in data if len(log) > ROWS])
-    if len(together) < 2:  # a single window has no deviation
-        return noise
-    return replace(noise, deviation=np.minimum(noise.deviation, together.std(0).numpy()))
 
 
 def floor_of_explained(

@@ -5,6 +5,7 @@ from functools import cached_property
 
 import torch
 from torch import Tensor
+from torch.nn.functional import pad
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.segments import Segments, compared_fields, cut, padded
@@ -39,6 +40,7 @@ class Problem:
         self._inputs = padded(inputs.over_steps(inputs_along(inputs, log)) for log in data)
         self._defaults = torch.tensor(list(library.equations.parameters.values()), dtype=torch.float64)
         self._visible = data.layouts.state.size
+        self._hidden = library.equations.layouts.state.size - self._visible
         self._compared = compared_fields(self.segments)
         measured = self.segments.measured[..., self._compared[1]].permute(2, 1, 0).contiguous()
         self._measured_columns = measured.permute(1, 2, 0)[:, None]  # (N, 1, S, columns)
@@ -176,10 +178,8 @@ class Problem:
         """State whose measurement is ``measured # (S, state)`` under parameters ``# (B, 1, all)``."""
         layout, (start, slope) = self.segments.layout, self._unsensed
         start = start.expand(len(parameters), -1, -1)
-        hidden = self.library.equations.layouts.state.size - self._visible
         for _ in range(2):
-            whole = torch.cat([start, start.new_zeros(*start.shape[:-1], hidden)], dim=-1)
-            reported = self._measured(whole, parameters)[..., : self._visible]
+            reported = self._measured(pad(start, (0, self._hidden)), parameters)[..., : self._visible]
             away = layout.difference(reported, measured)
             start = layout.retract(start, -(slope @ away[..., None])[..., 0])
         return start
@@ -204,18 +204,17 @@ class Problem:
             sets: ``# (B, P)``.
             busy: parameter sets to which hidden states matter ``# (B,)``; others have zeros.
         """
-        hidden = start.new_zeros(*start.shape[:-1], self.library.equations.layouts.state.size - self._visible)
+        whole = pad(start, (0, self._hidden))
         if busy.any():
-            hidden[busy] = self._warmed_up((commands[0], commands[1][busy]), sets[busy], parameters[busy])
-        return torch.cat([start, hidden], dim=-1)
+            hidden = self._warmed_up((commands[0], commands[1][busy]), sets[busy], parameters[busy])
+            whole[busy, ..., self._visible :] = hidden
+        return whole
 
     def _warmed_up(self, commands: tuple[Tensor, Tensor], sets: Tensor, parameters: Tensor) -> Tensor:
         segments, first = self.segments, hidden_start_of(self.library.form)
         log, rows = torch.as_tensor(segments.log)[:, None], segments.rows_before()
         sent, known = commands[0][commands[1][:, None, None], log, rows], self._inputs[log, rows]
-        before = self._start(segments.before, sets, parameters, None)
-        size = self.library.equations.layouts.state.size - self._visible
-        whole = torch.cat([before, before.new_zeros(*before.shape[:-1], size)], dim=-1)
+        whole = pad(self._start(segments.before, sets, parameters, None), (0, self._hidden))
         groups = [whole, sent[..., 0, : len(self.data.layouts.action)], known[:, 0], parameters]
         groups = [g.expand(*whole.shape[:-1], -1) for g in groups if g.shape[-1]]
         assert first is not None

@@ -79,16 +79,15 @@ class Near:
     @classmethod
     def of(cls, selection: Selection) -> Near:
         """Every effect of the set left out, and every alternative that is worth a fit put in its place."""
-        present = by_own_starts(selection, selection.present)
-        places = tuple(_place(selection, candidate, present) for candidate in selection.chosen)
+        around = cls.at(selection, *selection.chosen)
         sure = [more for more in selection.larger(selection.present) if selection.significant(more.fit, more.candidate)]
-        return cls(selection, places, present, by_price(selection, sure))
+        return replace(around, larger=by_price(selection, sure))
 
     @classmethod
-    def at(cls, selection: Selection, candidate: Candidate) -> Near:
-        """The same of one effect's place alone."""
+    def at(cls, selection: Selection, *candidates: Candidate) -> Near:
+        """The same of some effects' places alone."""
         present = by_own_starts(selection, selection.present)
-        return cls(selection, (_place(selection, candidate, present),), present)
+        return cls(selection, tuple(_place(selection, candidate, present) for candidate in candidates), present)
 
     def with_elsewhere(self) -> Near:
         """The same with sets that are not around, of which two effects are others, as a gain and a delay for play and a

@@ -11,7 +11,7 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis import compare
 from sym2real.diagnosis.conclusion import Parts
 from sym2real.diagnosis.errors.floor import Floor, SensorNoise, floor_of_explained, no_higher_than_reached
-from sym2real.diagnosis.errors.rungs import Rung, RungError, horizons_for, ladder
+from sym2real.diagnosis.errors.rungs import HeldOut, Rung, RungError
 from sym2real.diagnosis.estimate.whitening import Spread, estimate
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
@@ -61,8 +61,9 @@ def test_the_floor_of_the_explained_model_is_its_error(flights: Dataset) -> None
     spread = Spread.of(problem, library.null)
     segments = problem.segments
     whitening = estimate(spread, problem.residuals(library.null[None])[0], segments.noise, segments.channel)
-    horizons = horizons_for(flights, 0.8)
-    (stage,) = ladder(library, flights, [("right", library.null[None])], None, horizons=horizons)
+    held = HeldOut(library, flights)
+    horizons = held.horizons(0.8)
+    (stage,) = held.ladder([("right", library.null[None])], horizons)
     floor = floor_of_explained(library, flights, library.null, whitening, horizons)
     assert [one.horizon for one in floor] == [0.1, 0.2, 0.5, 0.8]
     for one in floor:

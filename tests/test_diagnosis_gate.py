@@ -15,7 +15,7 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis import Fall, Finding, Gate, diagnose
 from sym2real.diagnosis.conclusion import Parts, verdict
 from sym2real.diagnosis.errors.floor import Floor
-from sym2real.diagnosis.errors.rungs import Rung, RungError, ladder, windows_of
+from sym2real.diagnosis.errors.rungs import HeldOut, Rung, RungError, windows_of
 from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.faults.fault import Fault
 from sym2real.diagnosis.predict.candidate import candidates
@@ -107,7 +107,7 @@ def test_predictions_of_a_hover_judge() -> None:
     robot = ROBOTS["crazyflie"]
     logs = noisy_runs(robot, [make_task("hover", robot)], count=4, rows=300, seed=3)
     library = Library.of(robot.nominal(), [])
-    (base,) = ladder(library, logs, [("base", library.null[None])], None, horizons=(0.8, 2.0))
+    (base,) = HeldOut(library, logs).ladder([("base", library.null[None])], (0.8, 2.0))
     assert base.beats_hold
 
 

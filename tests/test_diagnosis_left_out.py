@@ -12,7 +12,7 @@ from noisy_flights import flights_with
 from weighed_problems import weighed_problems
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.errors.rungs import Rung, RungError
+from sym2real.diagnosis.errors.rungs import HeldOut, Rung, RungError
 from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.quadratic import Hypothesis
 from sym2real.diagnosis.estimate.whitening import Spread, disturbances, free_start
@@ -29,10 +29,10 @@ from sym2real.diagnosis.search.needed import (
     judged_horizons,
     keep_needed,
     largest_rise,
+    left_out,
     left_out_sets,
     no_worse,
     parts_of_others,
-    scored_after,
 )
 from sym2real.diagnosis.search.select import Selection, parameter_set
 from sym2real.effects import effect
@@ -71,7 +71,7 @@ def test_a_log_without_segments_goes_with_the_one_before_it() -> None:
 def test_every_log_is_left_out_of_the_fit_that_predicts_it() -> None:
     selection = four()
     problems, fit = selection.problems, selection.fit
-    assert scored_after(selection) == 0.0
+    assert left_out(selection, problems.library, problems.data).after == 0.0
     for fold, (part, values) in enumerate(zip(
         parts_of_others(selection, problems.problem.segments), by_others(selection, fit), strict=True
     )):  # fmt: skip
@@ -91,7 +91,7 @@ def test_of_a_single_log_the_first_two_thirds_predict_the_last() -> None:
         selection.problems.problem.segments,
     )
     assert part.tolist() == [row + segments.length <= 200 for row in segments.row.tolist()]
-    assert scored_after(selection) == pytest.approx(2 / 3)
+    assert left_out(selection, selection.problems.library, selection.problems.data).after == pytest.approx(2 / 3)
     (values,) = left_out_sets(selection, selection.chosen, selection.fit)
     assert values[selection.chosen[0].slots].tolist() == pytest.approx(list(WIND.values()), rel=0.2)
     assert not torch.equal(values, selection.fit.values)
@@ -100,26 +100,27 @@ def test_of_a_single_log_the_first_two_thirds_predict_the_last() -> None:
 def test_a_ladder_of_the_logs_of_the_fit_leaves_each_of_them_out_and_one_of_others_none() -> None:
     selection, single = four(), one()
     library, logs = selection.problems.library, selection.problems.data
-    same, others = (LadderModels.of(library, selection, same=own) for own in (True, False))
+    same, others = (LadderModels.of(library, logs, selection, same=own) for own in (True, False))
     assert [name for name, _ in same.models] == ["base", "+ wind"]
     for steps in (same, others):
         assert torch.equal(steps.models[0][1], library.null[None])
     assert torch.equal(same.models[1][1], left_out_sets(selection, selection.chosen, selection.fit))
     assert torch.equal(others.models[1][1], parameter_set(selection, selection.chosen, selection.fit.values)[None])
-    assert same.fold_of is not None
-    assert same.fold_of.tolist() == [0, 1, 2, 3]
-    assert others.fold_of is None
-    assert same.names_of(logs) == tuple(log.name for log in logs)
-    behind = LadderModels.of(library, single, same=True)
-    assert (same.after, others.after, behind.after) == (0.0, 0.0, pytest.approx(2 / 3))
-    assert LadderModels.of(library, single, same=False).after == 0.0
-    assert behind.names_of(single.problems.data) == (f"{single.problems.data[0].name} (last third)",)
+    assert same.held.fold_of is not None
+    assert same.held.fold_of.tolist() == [0, 1, 2, 3]
+    assert others.held.fold_of is None
+    assert same.names == tuple(log.name for log in logs)
+    behind, alone = (LadderModels.of(library, single.problems.data, single, same=own) for own in (True, False))
+    assert [own.held.after for own in (same, others, behind)] == [0.0, 0.0, pytest.approx(2 / 3)]
+    assert alone.held.after == 0.0
+    assert behind.names == (f"{single.problems.data[0].name} (last third)",)
 
 
 def test_errors_are_judged_as_far_as_a_controller_looks_and_after_a_free_run() -> None:
-    assert judged_horizons(four().problems.data, 0.0) == (0.8, 2.0)
-    assert judged_horizons(one().problems.data, 2 / 3) == pytest.approx((0.8, 1.98))
-    assert judged_horizons(Dataset([four().problems.data[0].rows(0, 14)]), 0.0) == ()
+    library, logs = four().problems.library, four().problems.data
+    assert judged_horizons(HeldOut(library, logs)) == (0.8, 2.0)
+    assert judged_horizons(HeldOut(library, one().problems.data, after=2 / 3)) == pytest.approx((0.8, 1.98))
+    assert judged_horizons(HeldOut(library, Dataset([logs[0].rows(0, 14)]))) == ()
 
 
 def test_logs_too_short_to_predict_bear_out_whatever_was_chosen() -> None:

@@ -11,7 +11,7 @@ from carriage import Regulator, carriage
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import diagnose
-from sym2real.diagnosis.errors.rungs import horizons_for, ladder
+from sym2real.diagnosis.errors.rungs import HeldOut
 from sym2real.diagnosis.predict.library import Library
 from sym2real.effects import effect
 from sym2real.logs import read_logs, write_log
@@ -65,9 +65,9 @@ def test_errors_are_those_of_windows_that_lost_nothing(tmp_path: Path) -> None:
     whole = recorded(tmp_path / "whole", robot, lost=0.0)
     assert not any(BRIDGED in log.extra for log in whole)
     library = Library.of(robot.nominal(), [])
-    horizons = horizons_for(whole, 0.5)
+    horizons = HeldOut(library, whole).horizons(0.5)
     errors = []
     for logs in (whole, recorded(tmp_path, robot, lost=0.04)):
-        (rung,) = ladder(library, logs, [("base", library.null[None])], None, horizons=horizons)
+        (rung,) = HeldOut(library, logs).ladder([("base", library.null[None])], horizons)
         errors.append([float(error.value) for at in horizons for error in rung.horizons[at].values()])
     np.testing.assert_allclose(errors[1], errors[0], rtol=0.25)

@@ -131,7 +131,7 @@ def try_effect(
         faults=prepared.checked.faults,
         ladder=stages,
         floor=floor,
-        held_out=steps.names_of(prepared.scored),
+        held_out=steps.names,
         apart=held_out is not None,
         notes=(*prepared.notes, *cut_notes(horizons, horizon)),
         seconds=time.perf_counter() - started,

@@ -165,7 +165,7 @@ def conclude(scored: Scored, leftovers: tuple[Leftover, ...], proposal: Term | N
         summary=upward("summary")(answer, parts, interrupted="" if result.finished else "the search"),
         **vars(parts),
         proposal=proposal,
-        held_out=scored.steps.names_of(prepared.scored),
+        held_out=scored.steps.names,
         apart=prepared.question.held_out is not None,
         notes=(*result.notes, *beside, *cut_notes(scored.horizons, prepared.question.horizon)),
         **of_search,

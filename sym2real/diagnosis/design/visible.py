@@ -17,7 +17,7 @@ from torch import Tensor
 
 from sym2real.diagnosis.data.windows import channel_name, judged
 from sym2real.diagnosis.errors.floor import MOST_WINDOWS, Floor, SensorNoise, floor_of_explained
-from sym2real.diagnosis.errors.rungs import windows_of
+from sym2real.diagnosis.errors.rungs import HeldOut, windows_of
 from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.quadratic import Free
 from sym2real.diagnosis.predict.sensitivity import Problem
@@ -46,7 +46,7 @@ class Predictions:
     def of(cls, problems: Problems, noise: SensorNoise | None) -> Predictions | None:
         """Of the logs of a problem, with noise of the sensors or that which the logs show; None of short logs."""
         library, data = problems.library, problems.data
-        if not (horizons := judged_horizons(data, 0.0)):
+        if not (horizons := judged_horizons(HeldOut(library, data))):
             return None
         windows = windows_of(data, round(max(horizons) / data.dt)).some(MOST_WINDOWS)
         floor = floor_of_explained(library, data, library.null, problems.whitening, horizons, noise=noise)

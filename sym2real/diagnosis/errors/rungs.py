@@ -102,21 +102,6 @@ def _first_start(rows: int, after: float) -> int:
     return max(ROWS - 1 + WARM_UP, round(after * rows))
 
 
-def horizons_for(data: Dataset, longest: float | None = None, after: float = 0.0) -> tuple[float, ...]:
-    """Horizons (s) that the logs are long enough for.
-
-    Args:
-        data: logs.
-        longest: none beyond this many seconds, and this one as well, or what the logs allow.
-        after: part of every log behind which windows start.
-    """
-    rows = max(len(trajectory) - 1 - _first_start(len(trajectory), after) for trajectory in data)
-    last = None if longest is None else min(longest, rows * data.dt)
-    usual = horizons_in_rows(data.dt)
-    wanted = usual if last is None else (*(horizon for horizon in usual if horizon < last), last)
-    return tuple(horizon for horizon in wanted if 1 <= round(horizon / data.dt) <= rows)
-
-
 def cut_notes(horizons: Sequence[float], wanted: float | None) -> tuple[str, ...]:
     """A sentence where the logs do not reach the longest horizon (s) that was wanted."""
     longest = max(horizons, default=0.0)
@@ -125,41 +110,57 @@ def cut_notes(horizons: Sequence[float], wanted: float | None) -> tuple[str, ...
     return (f"no held-out log is long enough for a horizon of {wanted:g} s: the ladder ends at {longest:g} s",)
 
 
-def ladder(
-    library: Library,
-    data: Dataset,
-    stages: Sequence[tuple[str, Tensor]],
-    fold_of: NDArray[np.int64] | None,
-    *,
-    horizons: Sequence[float],
-    after: float = 0.0,
-) -> list[Rung]:
-    """Errors of every stage at the horizons that the logs are long enough for.
+@dataclass(frozen=True, eq=False)
+class HeldOut:
+    """Logs that models are scored on.
 
     Args:
         library: effects in the base's equations.
-        data: held-out logs.
-        stages: name, and a parameter set per fold ``# (folds, P)``; one fold where the logs took no part in the fit.
-        fold_of: fold of each log; None where no log took part in the fit.
-        horizons: in s, of :func:`horizons_for`.
-        after: part of every log behind which windows start.
+        logs: what is predicted.
+        fold_of: fold of each log, which is predicted by the fit of the others; None where none took part in the fit.
+        after: part of every log behind which windows start, because the fit ends there.
     """
-    if not horizons:
-        return []
-    steps = {horizon: round(horizon / data.dt) for horizon in horizons}
-    windows = windows_of(data, max(steps.values()), after)
-    problem = Problem(library, data, windows)
-    folds = torch.as_tensor(np.zeros_like(windows.log) if fold_of is None else fold_of[windows.log])
-    known = {count: _known(data, windows, count) for count in steps.values()}
-    blocks = {count: max(SHORTEST_BLOCK, ceil(count / stride_of(data.dt))) for count in known}
-    rungs, unchanged = [], [_errors(windows.start, windows, at, blocks[at], known[at]) for at in known]
-    for name, sets in stages:
-        mine = problem.states_by_segment(sets, folds if len(sets) > 1 else torch.zeros_like(folds))
-        table = {at: _errors(mine[:, n], windows, n, blocks[n], known[n]) for at, n in steps.items()}
-        pairs = zip(table.items(), unchanged, strict=True)
-        worse = {at: tuple(c for c in judged(own) if own[c].low > still[c].high) for (at, own), still in pairs}
-        rungs.append(Rung(name, table, not all(worse.values()), worse))
-    return rungs
+
+    library: Library
+    logs: Dataset
+    fold_of: NDArray[np.int64] | None = None
+    after: float = 0.0
+
+    def horizons(self, longest: float | None = None) -> tuple[float, ...]:
+        """Horizons (s) that the logs are long enough for.
+
+        Args:
+            longest: none beyond this many seconds, and this one as well, or what the logs allow.
+        """
+        dt, rows = self.logs.dt, max(len(log) - 1 - _first_start(len(log), self.after) for log in self.logs)
+        last = None if longest is None else min(longest, rows * dt)
+        usual = horizons_in_rows(dt)
+        wanted = usual if last is None else (*(horizon for horizon in usual if horizon < last), last)
+        return tuple(horizon for horizon in wanted if 1 <= round(horizon / dt) <= rows)
+
+    def ladder(self, stages: Sequence[tuple[str, Tensor]], horizons: Sequence[float]) -> tuple[Rung, ...]:
+        """Errors of every stage at horizons that the logs are long enough for.
+
+        Args:
+            stages: name, and a parameter set per fold ``# (folds, P)``; one where the logs took no part in the fit.
+            horizons: in s, of :meth:`horizons`.
+        """
+        if not horizons:
+            return ()
+        steps = {horizon: round(horizon / self.logs.dt) for horizon in horizons}
+        windows = windows_of(self.logs, max(steps.values()), self.after)
+        problem = Problem(self.library, self.logs, windows)
+        folds = torch.as_tensor(np.zeros_like(windows.log) if self.fold_of is None else self.fold_of[windows.log])
+        known = {count: _known(self.logs, windows, count) for count in steps.values()}
+        blocks = {count: max(SHORTEST_BLOCK, ceil(count / stride_of(self.logs.dt))) for count in known}
+        rungs, unchanged = [], [_errors(windows.start, windows, at, blocks[at], known[at]) for at in known]
+        for name, sets in stages:
+            mine = problem.states_by_segment(sets, folds if len(sets) > 1 else torch.zeros_like(folds))
+            table = {at: _errors(mine[:, n], windows, n, blocks[n], known[n]) for at, n in steps.items()}
+            pairs = zip(table.items(), unchanged, strict=True)
+            worse = {at: tuple(c for c in judged(own) if own[c].low > still[c].high) for (at, own), still in pairs}
+            rungs.append(Rung(name, table, not all(worse.values()), worse))
+        return tuple(rungs)
 
 
 def _known(data: Dataset, windows: Segments, steps: int) -> NDArray[np.bool_]:

@@ -221,9 +221,8 @@ def score(result: SearchResult) -> Scored:
     """Errors of the base and of what was found, on logs that were kept aside or that each fit left out."""
     prepared, selection = result.prepared, result.selection
     steps, horizons, stages, floor = laddered(prepared, selection)
-    gate = steps.gate(prepared.library, prepared.scored)
-    scored_findings = findings_of(result, Near.of(selection).with_elsewhere())
-    return Scored(result, steps, stages, gate, scored_findings, horizons, floor)
+    gate, near = steps.gate(), Near.of(selection).with_elsewhere()
+    return Scored(result, steps, stages, gate, findings_of(result, near), horizons, floor)
 
 
 def laddered(
@@ -231,9 +230,9 @@ def laddered(
 ) -> tuple[LadderModels, tuple[float, ...], tuple[Rung, ...], tuple[Floor, ...]]:
     """The models of a ladder, its horizons (s), their errors on held-out data, and those of a fully explained model."""
     library, logs, question = prepared.library, prepared.scored, prepared.question
-    steps = LadderModels.of(library, selection, same=question.held_out is None)
-    horizons = steps.horizons(logs, question.horizon)
-    stages = steps.ladder(library, logs, horizons)
+    steps = LadderModels.of(library, logs, selection, same=question.held_out is None)
+    horizons = steps.held.horizons(question.horizon)
+    stages = steps.held.ladder(steps.models, horizons)
     floor = floor_of_explained(library, logs, selection.fit.values, prepared.whitening, horizons)
     return steps, horizons, stages, no_higher_than_reached(floor, stages)
 

@@ -12,17 +12,15 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
 from torch import Tensor
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.windows import judged
-from sym2real.diagnosis.errors.rungs import Rung, horizons_for, ladder
+from sym2real.diagnosis.errors.rungs import HeldOut, Rung
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.score.importance import by_importance
-from sym2real.diagnosis.search.needed import fold_of_log, judged_horizons, left_out_sets, scored_after
+from sym2real.diagnosis.search.needed import judged_horizons, left_out, left_out_sets
 from sym2real.diagnosis.search.select import Selection, parameter_set
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.json_objects import fields_of, plain
@@ -128,21 +126,20 @@ class LadderModels:
     """The models of a ladder.
 
     Args:
+        held: the logs that are scored.
         models: the base, then each with one effect more: name, and a parameter set per fold ``# (folds, P)``.
-        fold_of: fold of each log; None for one fold.
-        after: part of every log behind which predictions start, because the fit ends there.
     """
 
+    held: HeldOut
     models: Sequence[tuple[str, Tensor]]
-    fold_of: NDArray[np.int64] | None
-    after: float
 
     @classmethod
-    def of(cls, library: Library, selection: Selection, *, same: bool) -> LadderModels:
+    def of(cls, library: Library, logs: Dataset, selection: Selection, *, same: bool) -> LadderModels:
         """Base and first k findings.
 
         Args:
             library: effects in the equations that predict.
+            logs: that are scored.
             selection: what was found.
             same: the logs that are scored are those of the fit: each by parameters that it took no part in; the last
                 third of a single log by those of the rest.
@@ -152,25 +149,14 @@ class LadderModels:
             done.append(candidate)
             sets = left_out_sets(selection, done, fit) if same else parameter_set(selection, done, fit.values)[None]
             models.append((f"+ {candidate.name}", sets))
-        fold_of, after = (fold_of_log(selection), scored_after(selection)) if same else (None, 0.0)
-        return cls(models, fold_of, after)
+        return cls(left_out(selection, library, logs) if same else HeldOut(library, logs), models)
 
-    def horizons(self, data: Dataset, longest: float | None) -> tuple[float, ...]:
-        """Horizons (s) that the scored part of the logs is long enough for."""
-        return horizons_for(data, longest, self.after)
-
-    def names_of(self, data: Dataset) -> tuple[str, ...]:
+    @property
+    def names(self) -> tuple[str, ...]:
         """Of the logs that are scored."""
-        return tuple(f"{log.name} (last third)" if self.after else log.name for log in data)
+        return tuple(f"{log.name} (last third)" if self.held.after else log.name for log in self.held.logs)
 
-    def ladder(self, library: Library, data: Dataset, horizons: Sequence[float]) -> tuple[Rung, ...]:
-        """Errors of every model at horizons (s)."""
-        return tuple(ladder(library, data, self.models, self.fold_of, horizons=horizons, after=self.after))
-
-    def gate(self, library: Library, data: Dataset) -> Gate:
+    def gate(self) -> Gate:
         """Errors of the first and the last model over a controller's horizon and over a free run."""
-        judged = judged_horizons(data, self.after)
-        if not judged or len(self.models) == 1:
-            return Gate()
-        ends = self.models[0], self.models[-1]
-        return Gate(*ladder(library, data, ends, self.fold_of, horizons=judged, after=self.after))
+        ends = [self.models[0], self.models[-1]] if len(self.models) > 1 else []
+        return Gate(*self.held.ladder(ends, judged_horizons(self.held)))

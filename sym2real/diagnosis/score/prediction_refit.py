@@ -28,21 +28,14 @@ from torch import Tensor
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.segments import Segments, compared_fields
 from sym2real.diagnosis.data.windows import JUDGED_AT, channel_name, judged
-from sym2real.diagnosis.errors.rungs import Rung, horizons_for, ladder, windows_of
+from sym2real.diagnosis.errors.rungs import Rung, windows_of
 from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.quadratic import Fit, Hypothesis
 from sym2real.diagnosis.estimate.whitening import Whitening
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.score.finding import Finding, Scored
 from sym2real.diagnosis.score.importance import by_importance
-from sym2real.diagnosis.search.needed import (
-    by_others,
-    fold_of_log,
-    left_out_sets,
-    no_worse,
-    parts_of_others,
-    scored_after,
-)
+from sym2real.diagnosis.search.needed import by_others, left_out, left_out_sets, no_worse, parts_of_others
 from sym2real.diagnosis.search.select import parameter_set
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.trajectory import Array
@@ -102,8 +95,8 @@ def refit_for_prediction(scored: Scored) -> PredictionRefit | None:
     prepared, selection = scored.result.prepared, scored.result.selection
     data, ordered = prepared.checked.data, [candidate for candidate, _ in by_importance(selection)]
     sure = [own for own, finding in zip(ordered, scored.findings, strict=True) if not finding.doubtful]
-    after, wanted = scored_after(selection), prepared.question.horizon or JUDGED_AT
-    horizons = horizons_for(data, wanted, after)
+    held = left_out(selection, prepared.library, data)
+    horizons = held.horizons(prepared.question.horizon or JUDGED_AT)
     if not (horizons and sure):
         return None
     horizon, start = horizons[-1], parameter_set(selection, sure, selection.fit.values)
@@ -114,10 +107,9 @@ def refit_for_prediction(scored: Scored) -> PredictionRefit | None:
     problems, fit = _fitted(problem, starts)
     refitted = torch.stack(by_others(selection, fit, problems))
     stages = [("found", left_out_sets(selection, sure, selection.fit)), ("refitted", refitted)]
-    rungs = ladder(prepared.library, data, stages, fold_of_log(selection), horizons=(horizon,), after=after)
     names = [slot.parameter.name for slot in prepared.library.slots]
     values = ({names[slot]: float(fit.values[slot]) for slot in own.free} if own in sure else {} for own in ordered)
-    return PredictionRefit(horizon, tuple(values), *rungs)
+    return PredictionRefit(horizon, tuple(values), *held.ladder(stages, (horizon,)))
 
 
 def _fitted(problem: Problem, starts: Sequence[Hypothesis]) -> tuple[Problems, Fit]:

@@ -28,7 +28,7 @@ from torch import Tensor
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.segments import Segments
 from sym2real.diagnosis.data.windows import JUDGED_AT, free_run_seconds, judged
-from sym2real.diagnosis.errors.rungs import Rung, RungError, horizons_for, ladder
+from sym2real.diagnosis.errors.rungs import HeldOut, Rung, RungError
 from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.quadratic import Fit
 from sym2real.diagnosis.estimate.significance import beyond_trim
@@ -70,9 +70,14 @@ class Predicted:
     logs: Dataset
 
     @cached_property
+    def held_out(self) -> HeldOut:
+        """The same as they are scored."""
+        return left_out(self.selection, self.library, self.logs)
+
+    @cached_property
     def horizons(self) -> tuple[float, ...]:
         """At which findings are judged, s; none where logs are too short."""
-        return judged_horizons(self.logs, scored_after(self.selection))
+        return judged_horizons(self.held_out)
 
     def without_each(self) -> tuple[Rung, list[Rung]]:
         """Errors with all that was chosen, and without each of it."""
@@ -121,11 +126,9 @@ class Predicted:
         rises = [largest_rise(other, without) for other in others]
         return larger[int(np.argmax(rises))] if max(rises) > 1.0 else None
 
-    def _by(self, sets: Sequence[EffectSet]) -> list[Rung]:
-        selection, after = self.selection, scored_after(self.selection)
-        stages = [("", left_out_sets(selection, effects.chosen, effects.fit)) for effects in sets]
-        folds = fold_of_log(selection)
-        return ladder(self.library, self.logs, stages, folds, horizons=self.horizons, after=after)
+    def _by(self, sets: Sequence[EffectSet]) -> tuple[Rung, ...]:
+        stages = [("", left_out_sets(self.selection, effects.chosen, effects.fit)) for effects in sets]
+        return self.held_out.ladder(stages, self.horizons)
 
 
 def keep_needed(predicted: Predicted) -> Needed:
@@ -184,20 +187,16 @@ def _rise(whole: RungError, without: RungError) -> float:
     return rise if little else max(rise, without.ratio_to(whole)[0])
 
 
-def judged_horizons(data: Dataset, after: float) -> tuple[float, ...]:
-    """Horizons (s) at which findings are judged: a controller's, and that of a free run; none where logs are too short.
-
-    Args:
-        data: logs.
-        after: part of every log behind which predictions start.
-    """
-    wanted = horizons_for(data, free_run_seconds(data.layouts.state), after)
+def judged_horizons(held: HeldOut) -> tuple[float, ...]:
+    """Horizons (s) at which findings are judged: a controller's and a free run's; none where logs are too short."""
+    wanted = held.horizons(free_run_seconds(held.logs.layouts.state))
     return tuple(sorted({min(wanted, key=lambda horizon: abs(horizon - JUDGED_AT)), wanted[-1]})) if wanted else ()
 
 
-def scored_after(selection: Selection) -> float:
-    """Part of every log behind which predictions start, because the fit ends there."""
-    return LAST_THIRD if selection.problems.log_count == 1 else 0.0
+def left_out(selection: Selection, library: Library, logs: Dataset) -> HeldOut:
+    """The logs of a search, each by the fit of the others; the last third of a single log by that of the rest."""
+    after = LAST_THIRD if selection.problems.log_count == 1 else 0.0
+    return HeldOut(library, logs, fold_of_log(selection), after)
 
 
 def left_out_sets(selection: Selection, chosen: Sequence[Candidate], fit: Fit) -> Tensor:

@@ -121,23 +121,18 @@ class Terms:
         preceding, judged = self.side.columns.shape[-1] - 1 + self.side.basis(self.beside)[1].shape[-1], []
         for pair in pairs:
             terms = (*self.beside, pair)
-            judged.append(TermFit(terms, preceding, *self._joined(whitening, here, there, terms)))
+            gradient, curvature = self.side.joined(here, terms)
+            if self.own is not None and there is not None and all(map(self.own.has, terms)):
+                base, _ = self.own.joined(there, terms)
+                names = self.own.problem.log_names, self.side.problem.log_names
+                gradient = gradient - whitening.trust[:, None] * by_log(base, *names)
+            judged.append(TermFit(terms, preceding, gradient, curvature))
         return judged
 
     def products(self, whitening: Whitening) -> tuple[Tensor, Tensor | None]:
         """Those of the logs under their whitening, and of the plain simulator's data under one like it."""
         own = self.own
         return self.side.products(whitening), None if own is None else own.products(own.spread.like(whitening))
-
-    def _joined(
-        self, whitening: Whitening, here: Tensor, there: Tensor | None, terms: tuple[Dependence, ...]
-    ) -> tuple[Tensor, Tensor]:
-        gradient, curvature = self.side.joined(here, terms)
-        if self.own is not None and there is not None and all(map(self.own.has, terms)):
-            base, _ = self.own.joined(there, terms)
-            names = (side.problem.log_names for side in (self.own, self.side))
-            gradient = gradient - whitening.trust[:, None] * by_log(base, *names)
-        return gradient, curvature
 
     def promising(self) -> list[TermFit]:
         """Terms that go beyond chance even where variances explain what they would, the best first, or a simpler one.

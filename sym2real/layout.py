@@ -275,6 +275,10 @@ class Layouts:
         """Column → its unit, in all groups."""
         return {**self.state.units, **self.action.units, **self.inputs.units}
 
+    def with_input(self, column: str) -> Layouts:
+        """With one more input, last; as they are where they have it."""
+        return self if column in self.inputs else replace(self, inputs=self.inputs + Layout.of((column,)))
+
     def to_dict(self) -> dict[str, list[dict[str, Any]]]:
         """The fields of every group, as JSON holds them."""
         return {group: [vars(field) for field in layout.fields] for group, layout in self.groups.items()}

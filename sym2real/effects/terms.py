@@ -2,6 +2,7 @@
 
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
+from functools import lru_cache
 
 from sympy import Expr, Integer, Symbol
 
@@ -20,6 +21,18 @@ ACTING = "acting_"
 def acting(equations: Equations, name: str) -> Symbol:
     """The symbol of an action or a force, or of the quantity that stands in its place."""
     return symbol(ACTING + name if ACTING + name in equations.quantities else name)
+
+
+@lru_cache(maxsize=8)
+def shielded(base: Equations) -> Equations:
+    """The equations with a quantity in place of every action and wrench input: substitutions then stay small."""
+    names = [name for name in (*base.layouts.action, *base.layouts.inputs.pushes) if name not in base.quantities]
+    aliases = {name: symbol(ACTING + name) for name in names}
+    blank = replace(base, quantities={**base.quantities, **{alias.name: Integer(0) for alias in aliases.values()}})
+    changed = blank.substitute(aliases)
+    own = {alias.name: symbol(name) for name, alias in aliases.items()}
+    others = {name: value for name, value in changed.quantities.items() if name not in own}
+    return replace(changed, quantities={**own, **others})
 
 
 def acting_thrust(equations: Equations) -> Symbol:
@@ -101,10 +114,7 @@ def begun_at_rest(equations: Equations, changes: Mapping[str, Expr]) -> Equation
 
 def with_time(equations: Equations) -> tuple[Equations, Expr]:
     """The equations with the input ``t`` (s since the recording began), last where they had none; mid-step time."""
-    if "t" not in equations.layouts.inputs:
-        inputs = equations.layouts.inputs + Layout.of(("t",))
-        equations = replace(equations, layouts=replace(equations.layouts, inputs=inputs))
-    return equations, symbol("t") + equations.dt / 2
+    return replace(equations, layouts=equations.layouts.with_input("t")), symbol("t") + equations.dt / 2
 
 
 def reported(equations: Equations, column: str) -> Expr:

@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from sym2real.layout import Layout
 from sym2real.symbolic import Equations
 from sym2real.symbolic.source import TIME
 from sym2real.trajectory import Array, Trajectory
@@ -26,10 +25,7 @@ def with_voltage(equations: Equations, reference: float) -> Equations:
         reference: voltage at which their thrust map holds, V; kept where the equations know one.
     """
     numbers = {REFERENCE: reference, **equations.numbers}
-    if VOLTAGE in equations.layouts.inputs:
-        return replace(equations, numbers=numbers)
-    inputs = equations.layouts.inputs + Layout.of((VOLTAGE,))
-    return replace(equations, layouts=replace(equations.layouts, inputs=inputs), numbers=numbers)
+    return replace(equations, layouts=equations.layouts.with_input(VOLTAGE), numbers=numbers)
 
 
 def settled(log: Trajectory) -> Array:

@@ -27,10 +27,11 @@ from sym2real.diagnosis.estimate.quadratic import Fit, Free, Hypothesis
 from sym2real.diagnosis.estimate.variances import LEAST
 from sym2real.diagnosis.estimate.whitening import Spread, Whitened, Whitening
 from sym2real.diagnosis.predict.candidate import Candidate
-from sym2real.diagnosis.predict.library import Library, Slot, shielded
+from sym2real.diagnosis.predict.library import Library, Slot
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects.kind import Parameter
+from sym2real.effects.terms import shielded
 from sym2real.logs.noise import component_noise
 from sym2real.symbolic import Equations, lift_constants
 from sym2real.trajectory import Array
@@ -82,7 +83,7 @@ def _of_constants(base: Equations) -> Library:
     free = lifted(base)
     constants = {name: value for name, value in free.parameters.items() if name not in base.parameters}
     slots = tuple(
-        Slot("", Parameter(name, "", value, value - 10 * scale, value + 10 * scale, scale))
+        Slot("", Parameter(name, "", value, value - 10 * scale, value + 10 * scale, scale), name)
         for name, value in constants.items()
         for scale in [RELATIVE * max(abs(value), SMALL)]
     )

@@ -7,24 +7,24 @@ from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
 import torch
-from sympy import Expr, Integer, Symbol
+from sympy import Expr, Symbol
 from torch import Tensor
 
 from sym2real.effects import Effect, compose, effect
 from sym2real.effects.inputs import ANGLE
 from sym2real.effects.kind import Parameter
-from sym2real.effects.terms import ACTING
-from sym2real.layout import Layout
+from sym2real.effects.terms import shielded
 from sym2real.symbolic import Equations, compile_function, compile_model, symbol
 from sym2real.symbolic.period import at_period, steps_within
 
 
 @dataclass(frozen=True)
 class Slot:
-    """One parameter of the problem, and the effect that it is of ("" for a parameter of the equations)."""
+    """A parameter of the problem, the effect that it is of ("" where it is of none), and its name in the equations."""
 
     effect: str
     parameter: Parameter
+    symbol: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,12 +56,13 @@ class Library:
         chosen = []
         slots: list[Slot] = []
         for own in effects:
-            base = with_angle(base) if own.searching.swings else base
+            if own.searching.swings:
+                base = replace(base, layouts=base.layouts.with_input(ANGLE))
             for name, given in _settled(own):
                 named[name] = own
-                fitted = [p for p in own.parameters if p.fitted and p.name not in given]
-                chosen.append((own, {**given, **{p.name: _symbol(own, name, p.name) for p in fitted}}))
-                slots += [Slot(name, p) for p in fitted]
+                fitted = {p: _symbol(own, name, p.name) for p in own.parameters if p.fitted and p.name not in given}
+                chosen.append((own, {**given, **{p.name: free for p, free in fitted.items()}}))
+                slots += [Slot(name, p, free.name) for p, free in fitted.items()]
         equations = compose(shielded(base), chosen)
         return cls(base, equations, named, tuple(slots), equations)
 
@@ -75,11 +76,7 @@ class Library:
     def columns(self) -> tuple[int, ...]:
         """Place of every slot among the parameters of the equations."""
         names = list(self.equations.parameters)
-        return tuple(names.index(self._parameter(slot)) for slot in self.slots)
-
-    def _parameter(self, slot: Slot) -> str:
-        name, parameter = slot.effect, slot.parameter.name
-        return _symbol(self.effects[name], name, parameter).name if name else parameter
+        return tuple(names.index(slot.symbol) for slot in self.slots)
 
     def choice(self, name: str) -> dict[str, float]:
         """What is settled of an effect that is a choice among few, by parameter."""
@@ -160,14 +157,6 @@ def _symbol(effect: Effect, name: str, parameter: str) -> Symbol:
     return symbol(f"{plain.name}_{number}") if number else plain
 
 
-def with_angle(base: Equations) -> Equations:
-    """The equations with the angle of a swing as an input; the motion is the same."""
-    if ANGLE in base.layouts.inputs:
-        return base
-    inputs = base.layouts.inputs + Layout.of((ANGLE,))
-    return replace(base, layouts=replace(base.layouts, inputs=inputs))
-
-
 @lru_cache(maxsize=64)
 def _compiled(equations: Equations) -> torch.jit.ScriptModule:
     return compile_model(equations, dtype=torch.float64)
@@ -192,15 +181,3 @@ def hidden_start_of(equations: Equations) -> torch.jit.ScriptModule | None:
     layouts = equations.layouts
     groups = [layouts.state.columns, layouts.action.columns, layouts.inputs.columns, tuple(equations.parameters)]
     return compile_function([*equations.start.values()], [group for group in groups if group], equations.quantities)
-
-
-@lru_cache(maxsize=8)
-def shielded(base: Equations) -> Equations:
-    """The equations with a quantity in place of every action and wrench input: substitutions then stay small."""
-    names = [name for name in (*base.layouts.action, *base.layouts.inputs.pushes) if name not in base.quantities]
-    aliases = {name: symbol(ACTING + name) for name in names}
-    blank = replace(base, quantities={**base.quantities, **{alias.name: Integer(0) for alias in aliases.values()}})
-    changed = blank.substitute(aliases)
-    own = {alias.name: symbol(name) for name, alias in aliases.items()}
-    others = {name: value for name, value in changed.quantities.items() if name not in own}
-    return replace(changed, quantities={**own, **others})

@@ -7,11 +7,10 @@ from sympy import Add, Expr, Symbol
 from sympy.printing.mathml import MathMLPresentationPrinter
 
 from sym2real.diagnosis import Finding
-from sym2real.diagnosis.predict.library import shielded
 from sym2real.effects import Effect, compose, effect
 from sym2real.effects.body import Body
 from sym2real.effects.frames import axes
-from sym2real.effects.terms import ACTING
+from sym2real.effects.terms import ACTING, shielded
 from sym2real.report.html.page import Formula, Formulas
 from sym2real.report.tables import rounded
 from sym2real.symbolic import Equations, symbol

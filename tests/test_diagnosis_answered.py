@@ -59,7 +59,7 @@ def left_in(robot: Robot, depends: float) -> Terms:
     problem = Problem(library, Dataset(driven(robot, number, depends) for number in range(LOGS)))
     spread, segments = Spread.of(problem, library.null), problem.segments
     whitening = estimate(spread, problem.residuals(library.null[None])[0], segments.noise, segments.channel)
-    return Terms.of(Selection(Problems.of(problem, whitening), [], library.null), spread, None)
+    return Terms.of(Selection(Problems(problem, whitening), [], library.null), spread, None)
 
 
 @pytest.mark.parametrize("depends", [0.0, -0.8])

@@ -47,7 +47,7 @@ def without_a_library(robot: str, key: str = "", value: float = 0.0) -> tuple[Se
     nuisance = dict(enumerate(zip(low.tolist(), high.tolist(), strict=True)))
     whitening = estimate(spread, problem.residuals(library.null[None])[0], segments.noise, segments.channel)
     for _ in range(2):
-        selection = Selection(Problems.of(problem, whitening, nuisance), [], library.null)
+        selection = Selection(Problems(problem, whitening, nuisance), [], library.null)
         whitening = estimate(spread, problem.residuals(selection.fit.values[None])[0], segments.noise, segments.channel)
     return selection, spread
 
@@ -179,7 +179,7 @@ def test_a_constant_beside_an_offset_that_was_found_says_nothing() -> None:
     library = Library.of(equations, [effect("offset:steer", equations)])
     problem = Problem(library, problem.data)
     tried = candidates(library, problem.data)
-    beside = Selection(Problems.of(problem, selection.problems.whitening), tried, library.null)
+    beside = Selection(Problems(problem, selection.problems.whitening), tried, library.null)
     for chosen, alike in ((tried, (True, False)), ((), (False, False))):
         beside.put(chosen, beside.beside(chosen, beside.fit).fit)
         terms = Terms.of(beside, spread, None)

@@ -39,11 +39,11 @@ def said_of(found: str, key: str, value: float) -> Leftover | None:
     (chosen,) = (candidate for candidate in candidates(library, data) if candidate.name == found)
     starts = [chosen.started(library.null, level) for level in chosen.starts] or [library.null]
     for _ in range(2):
-        problems = Problems.of(problem, whitening, nuisance)
+        problems = Problems(problem, whitening, nuisance)
         fit = min(problems.fit([Hypothesis(chosen.free, start) for start in starts], 8), key=lambda one: one.total)
         whitening = estimate(spread, problem.residuals(fit.values[None])[0], segments.noise, segments.channel)
         starts = [fit.values]
-    selection = Selection(Problems.of(problem, whitening, nuisance), [chosen], library.null)
+    selection = Selection(Problems(problem, whitening, nuisance), [chosen], library.null)
     selection.put([chosen], selection.problems.fit([Hypothesis(chosen.free, fit.values)], 8)[0])
     left = find_dependences(Terms.of(selection, spread, None))
     return next((leftover for leftover in left if leftover.matters), None)

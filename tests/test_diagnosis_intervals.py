@@ -50,7 +50,7 @@ def _fit(base: Equations, data: Dataset, key: str) -> tuple[Problems, Fit, calib
     library = Library.of(base, [effect(key, base)])
     problem = Problem(library, data)
     whitened = whiten(problem, candidates(library, data))
-    problems = Problems.of(whitened.problem, whitened.whitening)
+    problems = Problems(whitened.problem, whitened.whitening)
     free = tuple(range(len(library.slots)))
     (fit,) = problems.fit([Hypothesis(free, library.null)], 4)
     flown, _ = flown_along(base, MujocoPlant(CRAZYFLIE), data)
@@ -102,7 +102,7 @@ def test_intervals_hold_a_value_that_trim_scatters_from_run_to_run(drives: Datas
     library = library_for(base, drives, ("*",), ("gain:speed", "offset:steer"))
     problem = Problem(library, drives)
     whitened = whiten(problem, ())
-    problems, free = Problems.of(whitened.problem, whitened.whitening), (0, 1)
+    problems, free = Problems(whitened.problem, whitened.whitening), (0, 1)
     (fit,) = problems.quadratics([Hypothesis(free, library.null)])
     generator = torch.Generator().manual_seed(0)
     log, whole, inside = torch.as_tensor(problem.segments.log), fit.curvature.sum(0), []

@@ -77,7 +77,7 @@ def test_every_log_is_left_out_of_the_fit_that_predicts_it() -> None:
     )):  # fmt: skip
         assert part.tolist() == (problems.logs != fold).tolist()
         others = Dataset(log for number, log in enumerate(problems.data) if number != fold)
-        alone = Problems.of(Problem(problems.library, others), replace(
+        alone = Problems(Problem(problems.library, others), replace(
             problems.whitening, lost=problems.whitening.lost[part], trust=problems.whitening.trust[part]
         ))  # fmt: skip
         (refitted,) = alone.fit([Hypothesis(fit.free, problems.library.null)])

@@ -145,7 +145,7 @@ def _of(robot: Robot, data: Dataset) -> Terms:
     problem = Problem(library, data)
     spread, residual = Spread.of(problem, library.null), problem.residuals(library.null[None])[0]
     whitening = estimate(spread, residual, problem.segments.noise, problem.segments.channel, alike=True)
-    return Terms.of(Selection(Problems.of(problem, whitening), [], library.null), spread, None)
+    return Terms.of(Selection(Problems(problem, whitening), [], library.null), spread, None)
 
 
 def test_errors_far_beyond_noise_are_left_over_even_if_no_disturbance_describes_them() -> None:

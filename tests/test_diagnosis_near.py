@@ -63,7 +63,7 @@ def test_what_an_unknown_start_does_is_no_error_of_a_hypothesis() -> None:
     problem = Problem(plain.library, data, replace(plain.segments, measured=measured))
     spread = Spread.of(problem, plain.library.null)
     variances = torch.as_tensor(problem.segments.noise).square(), torch.zeros(len(spread.names), dtype=torch.float64)
-    problems = Problems.of(problem, spread.whitening(*variances), spread=spread)
+    problems = Problems(problem, spread.whitening(*variances), spread=spread)
     (fit,) = problems.quadratics([Hypothesis((), slow)])
     left = problems.by_fold(fit).loss + problems.by_own_starts(fit)
     assert (left < 1e-2 * problems.by_fold(fit).loss).all()

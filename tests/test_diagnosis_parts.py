@@ -153,7 +153,7 @@ def test_the_fit_of_everything_is_the_least_of_errors_and_prior_wherever_the_pri
     library = library_for(CRAZYFLIE.nominal(), data, OTHERS[:-2])
     tried = [one for one in candidates(library, data) if one.name in ("added_mass", "wind", "linear_drag")]
     problem = Problem(library, data)
-    problems = Problems.of(problem, whiten(problem, tried).whitening)
+    problems = Problems(problem, whiten(problem, tried).whitening)
     free = tuple(slot for one in tried for slot in one.free)
     slots = list(free)
     scale = library.scale[slots]
@@ -243,7 +243,7 @@ def test_a_step_goes_no_further_than_the_quadratic_model_holds(tmp_path: Path) -
     problem = Problem(Library.of(base, [effect("gravity_tilt", base)]), Dataset([log]))
     spread, near = Spread.of(problem, problem.library.null), problem.library.null + torch.tensor([0.005, 0.0])
     noise = torch.full((len(problem.segments.compared),), 1e-3, dtype=torch.float64)
-    problems = Problems.of(problem, spread.whitening(noise.square(), torch.full((2,), 1e-6, dtype=torch.float64)))
+    problems = Problems(problem, spread.whitening(noise.square(), torch.full((2,), 1e-6, dtype=torch.float64)))
     (fit,) = problems.quadratics([Hypothesis((0, 1), near)])
     pulled = replace(fit, gradient=fit.gradient - fit.curvature @ torch.tensor([10.0, 0.0], dtype=torch.float64))
     best, sure = problems.best_step(pulled), problems.sure_step(pulled, fit)

@@ -185,7 +185,7 @@ def test_what_an_effect_leaves_of_another_is_what_its_fit_leaves(effect: str) ->
     spread = Spread.of(problem, library.null)
     sizes = (len(problem.segments.channel), 1e-4), (len(spread.names), 1e-2)
     whitening = spread.whitening(*(torch.full((count,), size, dtype=torch.float64) for count, size in sizes))
-    problems = Problems.of(problem, whitening)
+    problems = Problems(problem, whitening)
     smooth = [own for own in candidates(library, data) if not own.needs_start]
     changes = Changes.of(problems, smooth)
     (own,) = (candidate for candidate in smooth if candidate.name == effect)
@@ -197,7 +197,7 @@ def test_what_an_effect_leaves_of_another_is_what_its_fit_leaves(effect: str) ->
         values = library.null.clone()
         values[own.free[0]] += 0.1 * sign * library.scale[own.free[0]]
         there = Problem(library, data, replace(problem.segments, measured=problem.states(values[None])[0]))
-        (fit,) = Problems.of(there, whitening).fit([Hypothesis(nearest.free, library.null)])
+        (fit,) = Problems(there, whitening).fit([Hypothesis(nearest.free, library.null)])
         nothing = float(whitening.loss(there.residuals(library.null[None])).sum())
         assert nothing == pytest.approx(0.01 * float(whole[0]), rel=0.05)
         left.append(fit.total / nothing)

@@ -182,7 +182,9 @@ def test_a_sum_is_as_unsure_as_its_blocks_scatter_and_of_one_block_nobody_knows(
     difference[first] = by_block
     expected = float(by_block.numpy().std(ddof=1)) * problems.block_count**0.5
     assert standard_error(problems, difference) == pytest.approx(expected)
-    assert standard_error(replace(problems, blocks=0 * problems.blocks), difference) == float("inf")
+    single = replace(problems, problem=copy(problems.problem))
+    single.problem.segments = problems.problem.segments.of(torch.tensor([0]))
+    assert standard_error(single, difference[:1]) == float("inf")
 
 
 def test_an_interval_is_student_s_on_blocks_and_no_narrower_than_on_logs() -> None:

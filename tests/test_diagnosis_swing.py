@@ -39,7 +39,7 @@ def found_in(data: Dataset, chance: float | None = None) -> Swing | None:
     problem, tried = Problem(library, data), candidates(library, data)
     whitened = whiten(problem, tried)
     chance = SETTINGS.false_alarms_of_each(len(tried)) if chance is None else chance
-    return find_swing(Problems.of(whitened.problem, whitened.whitening), whitened.values, chance)
+    return find_swing(Problems(whitened.problem, whitened.whitening), whitened.values, chance)
 
 
 @pytest.mark.slow

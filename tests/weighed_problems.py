@@ -15,4 +15,4 @@ def weighed_problems(library: Library, data: Dataset) -> Problems:
     problem = Problem(library, data)
     spread = Spread.of(problem, library.null)
     variances = torch.as_tensor(problem.segments.noise).square(), torch.ones(len(spread.names), dtype=torch.float64)
-    return Problems.of(problem, spread.whitening(*variances))
+    return Problems(problem, spread.whitening(*variances))

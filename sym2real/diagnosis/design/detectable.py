@@ -88,13 +88,13 @@ def _with_noise(
     """The problem under assumed noise of these sensors, or under that which the logs show."""
     if noise is None:
         whitened = whiten(problem, competing)
-        return Problems.of(whitened.problem, whitened.whitening), None
+        return Problems(whitened.problem, whitened.whitening), None
     spread, segments = Spread.of(problem, problem.library.null), problem.segments
     fields = segments.layout.fields
     sensors = torch.tensor([noise.sensors[fields[number].name] for number in segments.channel], dtype=torch.float64)
     sizes = torch.tensor([noise.disturbances.get(name, 0.0) for name in spread.names], dtype=torch.float64)
     whitening = spread.whitening(sensors.square(), (sizes / spread.sizes).square().clamp_min(1e-8))
-    return Problems.of(problem, whitening), SensorNoise.assumed(noise.sensors, problem.data)
+    return Problems(problem, whitening), SensorNoise.assumed(noise.sensors, problem.data)
 
 
 def _needed(problems: Problems, competitors: int) -> float:

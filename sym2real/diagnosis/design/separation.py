@@ -143,7 +143,7 @@ def _outcome(
     plain = Problem(library, data, cut(data, whitening.fields))
     segments = replace(plain.segments, measured=plain.states(values[None])[0])
     problem = Problem(library, data, segments)
-    problems = Problems.of(problem, Spread.of(problem, library.null).like(whitening))
+    problems = Problems(problem, Spread.of(problem, library.null).like(whitening))
     nothing = problems.quadratics([Hypothesis((), library.null)])[0].total
     known, left = candidates(library, data), {}
     for key in alternatives:

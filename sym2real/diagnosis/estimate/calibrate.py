@@ -71,7 +71,7 @@ def _weighted(library: Library, segments: Segments, flown: Dataset, noise: Array
     problem = Problem(library, flown, segments)
     spread = Spread.of(problem, library.null)
     sensor = torch.as_tensor(noise[list(segments.compared)]).square()
-    return Problems.of(problem, spread.whitening(sensor, sensor.new_full((len(spread.names),), LEAST)))
+    return Problems(problem, spread.whitening(sensor, sensor.new_full((len(spread.names),), LEAST)))
 
 
 lifted = lru_cache(maxsize=4)(lift_constants)  # the same equations again, of which libraries are kept
@@ -106,7 +106,7 @@ class Calibration(Whitened):
             logs: name of the log of every segment elsewhere.
         """
         here = Hypothesis(free, self.values)
-        (fit,) = Problems.of(self.problem, self.whitening).quadratics([here])
+        (fit,) = Problems(self.problem, self.whitening).quadratics([here])
         library = self.problem.library
         effects = [library.effects.get(library.slots[slot].effect) for slot in free]
         # Errors have no slope where an effect begins at a threshold.
@@ -142,7 +142,7 @@ def calibrated(library: Library, candidates: Sequence[Candidate], data: Dataset,
     problem = Problem(library, data, cut(data, variances.fields))
     spread = Spread.of(problem, library.null)
     whitening = spread.like(variances)
-    problems = Problems.of(problem, whitening)
+    problems = Problems(problem, whitening)
     smooth = [candidate for candidate in candidates if not candidate.needs_start]
     free = tuple(dict.fromkeys(slot for candidate in smooth for slot in candidate.free))
     everything = problems.quadratics([Hypothesis(free, library.null)])[0]

@@ -48,20 +48,19 @@ class Problems:
 
     problem: Problem
     whitening: Whitening
-    folds: NDArray[np.int64]
-    blocks: NDArray[np.int64]
     nuisance: Nuisance = field(default_factory=dict)
     spread: Spread | None = None
     _known: dict[tuple[Free, bytes, int], Fit] = field(default_factory=dict, init=False, repr=False)
 
-    @classmethod
-    def of(
-        cls, problem: Problem, whitening: Whitening, nuisance: Nuisance | None = None, spread: Spread | None = None
-    ) -> Problems:
-        """With one fold per log and blocks of 1.5 s."""
-        segments = problem.segments
-        folds, blocks = folds_of(segments), blocks_of(segments, problem.data.dt)
-        return cls(problem, whitening, folds, blocks, nuisance or {}, spread)
+    @cached_property
+    def folds(self) -> NDArray[np.int64]:
+        """Fold of every segment ``# (S,)``: one per log."""
+        return folds_of(self.problem.segments)
+
+    @cached_property
+    def blocks(self) -> NDArray[np.int64]:
+        """Block of every segment, of 1.5 s ``# (S,)``."""
+        return blocks_of(self.problem.segments, self.data.dt)
 
     @property
     def library(self) -> Library:

@@ -139,7 +139,7 @@ def estimate_covariance(base: Refined) -> Prepared:
     for chance in (PROMISING, SETTINGS.false_alarms_of_each(len(effects))):
         still = last.values.clone()
         still[swinging] = searched.null[swinging]
-        swing = find_swing(Problems.of(last.problem, last.whitening), still, chance) if swinging else None
+        swing = find_swing(Problems(last.problem, last.whitening), still, chance) if swinging else None
         if swing is None:
             return _prepared(base, data, whitened, None)
         logs = swing.in_data(data)
@@ -155,7 +155,7 @@ def _prepared(base: Refined, logs: Dataset, full: Whitened, swing: Swing | None)
         checked=replace(base.examined.checked, data=logs),
         scored=logs if question.held_out is None else base.examined.scored,
         candidates=candidates(searched, logs),
-        problems=Problems.of(full.problem, full.whitening, nuisance_of(searched, searched.null), full.spread),
+        problems=Problems(full.problem, full.whitening, nuisance_of(searched, searched.null), full.spread),
         spread=full.spread,
         full_fit=full.values,
         origin=searched.null,
@@ -221,7 +221,7 @@ def whiten(problem: Problem, effects: tuple[Candidate, ...]) -> Whitened:
     null, segments, fits = problem.library.null, problem.segments, list[torch.Tensor]()
     for piece in (Problem(problem.library, problem.data, segments.first(FIRST)), problem):
         problem, spread, whitening = _restarted(piece, null)
-        problems = Problems.of(problem, whitening)
+        problems = Problems(problem, whitening)
         fits = [full_fit(problems, effects, null), *(full_fit(problems, effects, null, fit) for fit in fits)]
     best = int(problems.totals(fits).argmin())
     values = fits[best]
@@ -229,7 +229,7 @@ def whiten(problem: Problem, effects: tuple[Candidate, ...]) -> Whitened:
     spread = Spread.of(problem, values if best else null)
     for left in reversed(range(ROUNDS)):
         if left < ROUNDS - 1:
-            values = full_fit(Problems.of(problem, whitening), effects, null, values)
+            values = full_fit(Problems(problem, whitening), effects, null, values)
         residuals = problem.residuals(values[None])[0]
         if left == ROUNDS - 1:
             spread = with_wander(spread, residuals, problem.segments, problem.data)

@@ -121,7 +121,7 @@ def _fitted(problem: Problem, starts: Sequence[Hypothesis]) -> tuple[Problems, F
 
     def fitted(start: Hypothesis) -> tuple[Problems, Fit]:
         for _ in range(ROUNDS):
-            problems = Problems.of(problem, scale.whitening(problem.residuals(start.values[None])[0]))
+            problems = Problems(problem, scale.whitening(problem.residuals(start.values[None])[0]))
             (fit,) = problems.fit([start])
             start = replace(start, values=fit.values)
         return problems, fit

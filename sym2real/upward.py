@@ -15,6 +15,7 @@ _OF = {
     "sym2real.logs.frames": ("log_of_frame", "frame_of_log"),
     "sym2real.report.data": ("data_remarks",),
     "sym2real.report.html.pages": ("write_diagnosis_page",),
+    "sym2real.report.hypothesis": ("hypothesis_summary",),
     "sym2real.report.residuals": ("residual_lines",),
     "sym2real.report.summary": ("summary",),
     "sym2real.report.notebook": (

@@ -10,7 +10,6 @@ from sym2real.diagnosis.errors.floor import Floor
 from sym2real.diagnosis.errors.rungs import Rung
 from sym2real.diagnosis.faults.fault import Fault
 from sym2real.diagnosis.score.finding import Finding, applied
-from sym2real.diagnosis.settings import SETTINGS
 from sym2real.json_objects import fields_of
 from sym2real.symbolic import Equations
 from sym2real.upward import upward
@@ -91,52 +90,7 @@ class HypothesisTest:
     @property
     def summary(self) -> str:
         """One or two sentences a person reads."""
-        names = " and ".join(finding.effect for finding in self.findings)
-        lowered = f"{'it lowers' if len(self.findings) == 1 else 'together they lower'} the held-out loss by"
-        undone = [fault.name for fault in self.faults if fault.effect in self.refused]
-        rest = f", once the fault of the logs is undone ({', '.join(undone)})" if undone else ""
-        sentence = f"{names}: {lowered} {_percent(self.gain)}{rest}"
-        if self.unneeded and set(self.refused) == set(self.unneeded):
-            small = f"predictions do not need {' or '.join(self.unneeded)}"
-            return f"The logs show {sentence}, but {small}, and whole logs do not establish it{self._better}."
-        if self.outdone:
-            return f"The logs do not ask for {sentence}{self._better}, and leaves too little for it."
-        if not self.supported:
-            most = SETTINGS.gain_of(len(self.findings))
-            if min(self.beside[key] for key in self.refused if key not in self.unneeded) > most:
-                few = "too few independent pieces of these logs tell of it"
-                why = f"but {few}, or its fit ends where no value is likely"
-                return f"The logs do not establish {sentence}, {why}{self._refused}{self._better}."
-            return f"The logs do not ask for {sentence}; up to {_percent(most)} is needed{self._refused}{self._better}."
-        return f"The logs ask for {sentence}{self._better or self._others}."
-
-    @property
-    def _refused(self) -> str:
-        """Of several, how much those that are not supported take."""
-        several = self.refused if len(self.findings) > 1 else ()
-        return "".join(f"; {key} lowers what the others leave by {_percent(self.beside[key])}" for key in several)
-
-    @property
-    def _better(self) -> str:
-        """What does more in the place of one."""
-        groups = {finding.effect: finding.group for finding in self.findings}
-        for other in sorted(self.rivals, key=lambda other: other.instead_of not in self.outdone):
-            more = other.gain > self.beside[other.instead_of] + SETTINGS.gain
-            if other.better or (more and other.effect not in groups[other.instead_of]):
-                place = "its place" if len(self.findings) == 1 else f"the place of {other.instead_of}"
-                return f"; {other.effect} in {place} lowers it by {_percent(other.gain)}"
-        return ""
-
-    @property
-    def _others(self) -> str:
-        """What does as well as one."""
-        if any(finding.doubtful for finding in self.findings):
-            return "; commands that change between the rows of the logs do as well"
-        if len(self.findings) == 1:
-            return f"; {' or '.join(self.finding.alternatives[:3]) or 'no other effect'} does as well"
-        alike = {finding.effect: finding.alternatives[:3] for finding in self.findings}
-        clauses = [f"{' or '.join(group)} does as well as {key}" for key, group in alike.items() if group]
-        return f"; {'; '.join(clauses) or 'no other effect does as well as one of them'}"
+        return str(upward("hypothesis_summary")(self))
 
     def apply(self, equations: Equations) -> Equations:
         """The equations with the effects at their fitted values."""
@@ -146,7 +100,3 @@ class HypothesisTest:
         """The object that ``sym2real add --fit … --json`` prints."""
         single = {"finding": self.finding.to_dict()} if len(self.findings) == 1 else {}
         return {"summary": self.summary, **single, **fields_of(self, without=("apart",))}
-
-
-def _percent(part: float) -> str:
-    return f"{100 * part:.3g} %"

@@ -10,11 +10,11 @@ from sym2real import rotation
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import Diagnosis, Gate, diagnose
 from sym2real.diagnosis.data.segments import cut
-from sym2real.diagnosis.estimate.variances import root_plus_identity
 from sym2real.diagnosis.estimate.whitening import Spread, estimate
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.effects import effect
+from sym2real.least_squares import root_plus_identity
 from sym2real.robots import CRAZYFLIE
 from sym2real.symbolic import symbol
 

@@ -18,13 +18,14 @@ from sym2real.diagnosis.estimate.calibrate import calibrated
 from sym2real.diagnosis.estimate.fit import Problems, nuisance_of
 from sym2real.diagnosis.estimate.full_model import full_fit
 from sym2real.diagnosis.estimate.preparation import whiten
-from sym2real.diagnosis.estimate.quadratic import Fit, Hypothesis, solve_within
+from sym2real.diagnosis.estimate.quadratic import Fit, Hypothesis
 from sym2real.diagnosis.estimate.simulator import flown_along
 from sym2real.diagnosis.estimate.whitening import Spread
 from sym2real.diagnosis.predict.candidate import Candidate, candidates
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.effects import effect
+from sym2real.least_squares import solve_within
 from sym2real.plants import MujocoPlant
 from sym2real.robots import CRAZYFLIE, MUSHR
 from sym2real.symbolic import symbol

@@ -12,7 +12,7 @@ from weighed_problems import weighed_problems
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.estimate.fit import Problems
-from sym2real.diagnosis.estimate.quadratic import Hypothesis, solve
+from sym2real.diagnosis.estimate.quadratic import Hypothesis
 from sym2real.diagnosis.pipeline import prepare
 from sym2real.diagnosis.predict.candidate import Candidate, candidates
 from sym2real.diagnosis.predict.library import Library
@@ -26,6 +26,7 @@ from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.search.settled import refuted
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects import effect
+from sym2real.least_squares import solve
 from sym2real.plants import MujocoPlant
 from sym2real.robots import MUSHR
 from sym2real.stages import Stages

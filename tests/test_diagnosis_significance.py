@@ -14,7 +14,7 @@ from scipy import stats
 from weighed_problems import weighed_problems
 
 from sym2real.diagnosis.estimate.fit import Problems
-from sym2real.diagnosis.estimate.quadratic import Fit, Hypothesis, solve
+from sym2real.diagnosis.estimate.quadratic import Fit, Hypothesis
 from sym2real.diagnosis.estimate.significance import (
     Distance,
     beyond_chance,
@@ -31,6 +31,7 @@ from sym2real.diagnosis.predict.candidate import Candidate, candidates
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects import effect
+from sym2real.least_squares import solve
 from sym2real.robots import CRAZYFLIE
 
 CLUSTERS = 30

@@ -37,6 +37,7 @@ FLOORS: dict[str, int] = {
             "json_objects",
             "stages",
             "correlations",
+            "least_squares",
         ),
         0,
     ),

@@ -16,9 +16,9 @@ import torch
 from torch import Tensor
 
 from sym2real.diagnosis.estimate.fit import Problems
-from sym2real.diagnosis.estimate.quadratic import solve
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.settings import SETTINGS
+from sym2real.least_squares import solve
 
 
 class Others(NamedTuple):

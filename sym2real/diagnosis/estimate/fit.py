@@ -21,11 +21,12 @@ from torch import Tensor
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.segments import blocks_of, folds_of, summed
-from sym2real.diagnosis.estimate.quadratic import Fit, Free, Hypothesis, solve_within
+from sym2real.diagnosis.estimate.quadratic import Fit, Free, Hypothesis
 from sym2real.diagnosis.estimate.whitening import Spread, Whitening, free_start
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.settings import SETTINGS
+from sym2real.least_squares import solve_within
 
 LINE_SEARCH = (1.0, 0.4, 0.1)
 # Gauss–Newton steps of a hypothesis that competes.

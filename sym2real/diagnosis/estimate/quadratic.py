@@ -10,11 +10,6 @@ from torch import Tensor
 
 Free = tuple[int, ...]  # slots of a library
 
-RIDGE = 1e-9
-# Far above the smallest normal number, also after the ridge: below it 0/0 is no zero.
-LEAST_SCALE = 1e-200
-ROUNDS = 2  # of the projected Newton method, per unknown
-
 
 @dataclass(frozen=True, eq=False)
 class Hypothesis:
@@ -105,51 +100,3 @@ class Fit:
 
         loss, gradient = own(self.loss, other.loss), own(self.gradient, other.gradient)
         return replace(self, loss=loss, gradient=gradient, curvature=own(self.curvature, other.curvature))
-
-
-def solve(matrix: Tensor, vector: Tensor) -> Tensor:
-    """Solutions with a hair of ridge, so that directions without weight stay put ``# (..., A, A), (..., A)``.
-
-    A robot of which nothing is found and nothing is free has no unknown, and so none to solve for.
-    """
-    if vector.shape[-1] == 0:
-        return vector
-    scale = matrix.diagonal(dim1=-2, dim2=-1).clamp_min(LEAST_SCALE)
-    ridge = torch.diag_embed(RIDGE * scale + 1e-12 * scale.amax(-1, keepdim=True))
-    result: Tensor = torch.linalg.solve(matrix + ridge, vector)
-    return result
-
-
-def solve_within(matrix: Tensor, vector: Tensor, low: Tensor, high: Tensor) -> Tensor:
-    """Minima of xᵀAx/2 - bᵀx within bounds ``# (..., A, A), (..., A), (A,), (A,)``.
-
-    The projected Newton method: what a bound holds back stays there, the others go towards where they are best beside
-    it, cut at their bounds, and half as far where that is no lower, until nothing changes (D. Bertsekas, SIAM J.
-    Control Optim. 20 (1982) 221–246). To cut all unknowns once is no minimum: a lag at its bound hid the inertia beside
-    it.
-    """
-    found = solve(matrix, vector)
-    if bool(((low <= found) & (found <= high)).all()):
-        return found
-    best, goal, part = torch.zeros_like(found).clamp(low, high), found, torch.ones_like(found)
-    least = torch.full_like(found[..., :1], torch.inf)
-    for _ in range(ROUNDS * vector.shape[-1]):
-        found = (best + part * (goal - best)).clamp(low, high)
-        if torch.allclose(found, best, rtol=RIDGE, atol=0.0) and bool(least.isfinite().all()):
-            break
-        pull = vector - (matrix @ found[..., None])[..., 0]
-        value = -0.5 * (found * (vector + pull)).sum(-1, keepdim=True)
-        lower = value < least
-        held = ((found <= low) & (pull < 0.0)) | ((found >= high) & (pull > 0.0))
-        ends, free = torch.where(held, found, 0.0), (~held).to(matrix)
-        beside = torch.where(held, 0.0, vector - (matrix @ ends[..., None])[..., 0])
-        inner = matrix * free[..., None] * free[..., None, :] + torch.diag_embed(1.0 - free)
-        least, best = torch.where(lower, value, least), torch.where(lower, found, best)
-        goal, part = torch.where(lower, solve(inner, beside) + ends, goal), torch.where(lower, 1.0, part / 2)
-    return best
-
-
-def inverse_of(matrix: Tensor) -> Tensor:
-    """Pseudoinverse of a symmetric matrix ``# (..., A, A)``."""
-    result: Tensor = torch.linalg.pinv(matrix, hermitian=True)
-    return result

@@ -13,9 +13,10 @@ from torch import Tensor
 
 from sym2real.diagnosis.data.segments import summed
 from sym2real.diagnosis.estimate.fit import Problems
-from sym2real.diagnosis.estimate.quadratic import Fit, Hypothesis, inverse_of, solve
+from sym2real.diagnosis.estimate.quadratic import Fit, Hypothesis
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.settings import SETTINGS
+from sym2real.least_squares import inflation, inverse_of, solve
 
 
 def beyond_chance(problems: Problems, fit: Fit, candidate: Candidate, origin: Tensor, tested: int) -> bool:
@@ -43,14 +44,6 @@ def collinear(fit: Fit, candidate: Candidate) -> bool:
     Of two lags in a row with one time, the difference of both times moves next to nothing, and neither time is sure.
     """
     return bool((inflation(fit.curvature.sum(0))[fit.places(candidate.free)] > SETTINGS.far**2).any())
-
-
-def inflation(curvature: Tensor) -> Tensor:
-    """Times as wide as alone the interval of each parameter is beside the others ``# (A, A) -> (A,)``.
-
-    The root of the variance inflation factor; D. Belsley, E. Kuh, R. Welsch, "Regression Diagnostics", 1980, chapter 3.
-    """
-    return (curvature.diagonal() * inverse_of(curvature).diagonal()).sqrt()
 
 
 def _far_from_none(problems: Problems, distance: Distance, tested: int) -> bool:

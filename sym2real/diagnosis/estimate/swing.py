@@ -33,12 +33,12 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.preparation import present
 from sym2real.diagnosis.data.segments import summed
 from sym2real.diagnosis.estimate.fit import Problems
-from sym2real.diagnosis.estimate.quadratic import solve
 from sym2real.diagnosis.estimate.whitening import PIECES, disturbances
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects.inputs import ANGLE
 from sym2real.effects.wrench import uses
+from sym2real.least_squares import solve
 from sym2real.trajectory import Array
 from sym2real.vocabulary import FORCE, POSITION
 

@@ -13,11 +13,11 @@ from dataclasses import dataclass, replace
 import torch
 from torch import Tensor
 
+from sym2real.least_squares import root_plus_identity
 from sym2real.logs.noise import SMALLEST_NOISE
 
 STEPS = 15
 LEAST, MOST = 1e-8, 1e6
-ROUNDING = 1e-12  # of a sum of squares: hundreds of rows, each rounded to 1e-16, in tens of columns
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,17 +73,6 @@ class Products:
     def by_channel(self, rows: Tensor) -> Tensor:
         """Sums over all segments of what stands by row ``# (S, R) → (C,)``."""
         return rows.new_zeros(self.inner.shape[1]).index_add(0, self.channel, rows.sum(0))
-
-
-def root_plus_identity(squares: Tensor) -> Tensor:
-    """The lower triangular root of 1 + GᵀG ``# (…, K, K)``, where G may be so large that rounding hides the 1."""
-    whole = torch.eye(squares.shape[-1], dtype=squares.dtype) + squares
-    root: Tensor
-    root, failed = torch.linalg.cholesky_ex(whole)
-    if bool(failed.any()):
-        sizes = torch.diag_embed(squares.diagonal(dim1=-2, dim2=-1))
-        root = torch.linalg.cholesky(whole + ROUNDING * sizes)
-    return root
 
 
 def most_likely(products: Products, sensor: Tensor, power: Tensor) -> tuple[Tensor, Tensor]:

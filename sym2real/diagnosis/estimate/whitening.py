@@ -27,12 +27,13 @@ from torch import Tensor
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.segments import Segments
-from sym2real.diagnosis.estimate.variances import Products, most_likely, root_plus_identity
+from sym2real.diagnosis.estimate.variances import Products, most_likely
 from sym2real.diagnosis.estimate.wander import Wander
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects.body import GRAVITY, SPAN_PART
 from sym2real.layout import Layout
+from sym2real.least_squares import root_plus_identity
 from sym2real.logs.noise import APART, growth
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Array

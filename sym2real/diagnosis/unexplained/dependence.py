@@ -29,7 +29,7 @@ from torch import Tensor
 
 from sym2real.diagnosis.estimate.calibrate import Calibration, by_log
 from sym2real.diagnosis.estimate.fit import Problems
-from sym2real.diagnosis.estimate.quadratic import Fit, solve
+from sym2real.diagnosis.estimate.quadratic import Fit
 from sym2real.diagnosis.estimate.whitening import Spread, Whitening, estimate
 from sym2real.diagnosis.search.intervals import WITHIN_A_STEP
 from sym2real.diagnosis.search.select import Selection
@@ -50,6 +50,7 @@ from sym2real.diagnosis.unexplained.disturbance_terms import (
 from sym2real.diagnosis.unexplained.features import part_of_changes
 from sym2real.diagnosis.unexplained.leftover import Leftover, split_in_words
 from sym2real.effects.kind import with_unit
+from sym2real.least_squares import solve
 from sym2real.logs.conditions import WHERE
 
 # Terms for which variances are estimated without them.

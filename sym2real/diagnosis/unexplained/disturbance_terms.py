@@ -20,12 +20,13 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from sym2real.diagnosis.data.segments import summed
-from sym2real.diagnosis.estimate.quadratic import Fit, solve
-from sym2real.diagnosis.estimate.significance import chance_of, clustered, inflation
+from sym2real.diagnosis.estimate.quadratic import Fit
+from sym2real.diagnosis.estimate.significance import chance_of, clustered
 from sym2real.diagnosis.estimate.whitening import PIECES, Spread, Whitening
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.unexplained.channels import Channel, offsets_of
 from sym2real.diagnosis.unexplained.features import MOVES, ahead_of, features_of, means, within
+from sym2real.least_squares import inflation, solve
 from sym2real.trajectory import Array
 
 CONSTANT = "constant"

@@ -13,8 +13,7 @@ import pytest
 from noisy_flights import flights_with_all
 from weighed_problems import weighed_problems
 
-from sym2real.diagnosis.estimate.fit import Problems
-from sym2real.diagnosis.estimate.quadratic import Hypothesis
+from sym2real.diagnosis.estimate.fit import Hypothesis, Problems
 from sym2real.diagnosis.estimate.significance import standard_error
 from sym2real.diagnosis.predict.candidate import Candidate, candidates
 from sym2real.diagnosis.predict.library import Library

@@ -13,9 +13,8 @@ from weighed_problems import weighed_problems
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.estimate import calibrate
 from sym2real.diagnosis.estimate.calibrate import Calibration, by_log, cleaned
-from sym2real.diagnosis.estimate.fit import Problems
+from sym2real.diagnosis.estimate.fit import Fit, Hypothesis, Problems
 from sym2real.diagnosis.estimate.preparation import CONTRADICTED, Prepared, uncalibrated
-from sym2real.diagnosis.estimate.quadratic import Fit, Hypothesis
 from sym2real.diagnosis.estimate.simulator import SWITCHED_OFF, flown_along
 from sym2real.diagnosis.estimate.whitening import Spread
 from sym2real.diagnosis.pipeline import prepare

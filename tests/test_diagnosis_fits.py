@@ -15,10 +15,9 @@ from standard_set import Case, simulate_case
 from weighed_problems import weighed_problems
 
 from sym2real.diagnosis.estimate.calibrate import calibrated
-from sym2real.diagnosis.estimate.fit import Problems, nuisance_of
+from sym2real.diagnosis.estimate.fit import Fit, Hypothesis, Problems, nuisance_of
 from sym2real.diagnosis.estimate.full_model import full_fit
 from sym2real.diagnosis.estimate.preparation import whiten
-from sym2real.diagnosis.estimate.quadratic import Fit, Hypothesis
 from sym2real.diagnosis.estimate.simulator import flown_along
 from sym2real.diagnosis.estimate.whitening import Spread
 from sym2real.diagnosis.predict.candidate import Candidate, candidates

@@ -7,8 +7,7 @@ from functools import cache
 import pytest
 from standard_set import Case, simulate_case
 
-from sym2real.diagnosis.estimate.fit import Problems
-from sym2real.diagnosis.estimate.quadratic import Hypothesis
+from sym2real.diagnosis.estimate.fit import Hypothesis, Problems
 from sym2real.diagnosis.estimate.whitening import Spread, estimate
 from sym2real.diagnosis.predict.candidate import candidates
 from sym2real.diagnosis.predict.library import Library

@@ -17,9 +17,8 @@ from sym2real.diagnosis.adding import try_effect
 from sym2real.diagnosis.data.segments import COMPARED, cut
 from sym2real.diagnosis.estimate import calibrate
 from sym2real.diagnosis.estimate.calibrate import refined
-from sym2real.diagnosis.estimate.fit import Problems
+from sym2real.diagnosis.estimate.fit import Fit, Hypothesis, Problems
 from sym2real.diagnosis.estimate.preparation import whiten
-from sym2real.diagnosis.estimate.quadratic import Fit, Hypothesis
 from sym2real.diagnosis.estimate.significance import half_widths
 from sym2real.diagnosis.estimate.simulator import flown_along
 from sym2real.diagnosis.predict.candidate import candidates, library_for

@@ -13,8 +13,7 @@ from weighed_problems import weighed_problems
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.errors.rungs import HeldOut, Rung, RungError
-from sym2real.diagnosis.estimate.fit import Problems
-from sym2real.diagnosis.estimate.quadratic import Hypothesis
+from sym2real.diagnosis.estimate.fit import Hypothesis, Problems
 from sym2real.diagnosis.estimate.whitening import Spread, disturbances, free_start
 from sym2real.diagnosis.predict.candidate import candidates
 from sym2real.diagnosis.predict.library import Library

@@ -11,8 +11,7 @@ from noisy_flights import flights_with, flights_with_all
 from weighed_problems import weighed_problems
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.estimate.fit import Problems, nuisance_of
-from sym2real.diagnosis.estimate.quadratic import Hypothesis
+from sym2real.diagnosis.estimate.fit import Hypothesis, Problems, nuisance_of
 from sym2real.diagnosis.estimate.whitening import Spread
 from sym2real.diagnosis.predict.candidate import candidates
 from sym2real.diagnosis.predict.library import Library

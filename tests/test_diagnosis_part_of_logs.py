@@ -13,7 +13,7 @@ from weighed_problems import weighed_problems
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.conclusion import Parts, of_another_form
-from sym2real.diagnosis.estimate.quadratic import Hypothesis
+from sym2real.diagnosis.estimate.fit import Hypothesis
 from sym2real.diagnosis.predict.candidate import candidates
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.score.finding import Finding

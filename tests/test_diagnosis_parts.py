@@ -17,10 +17,9 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis import add, diagnose
 from sym2real.diagnosis.estimate import full_model
 from sym2real.diagnosis.estimate.calibrate import refined
-from sym2real.diagnosis.estimate.fit import Problems
+from sym2real.diagnosis.estimate.fit import Hypothesis, Problems
 from sym2real.diagnosis.estimate.full_model import improved, root
 from sym2real.diagnosis.estimate.preparation import whiten
-from sym2real.diagnosis.estimate.quadratic import Hypothesis
 from sym2real.diagnosis.estimate.simulator import flown_along
 from sym2real.diagnosis.estimate.whitening import Spread
 from sym2real.diagnosis.predict.candidate import candidates, library_for

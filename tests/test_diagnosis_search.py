@@ -11,8 +11,7 @@ from standard_set import Case, simulate_case
 from weighed_problems import weighed_problems
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.estimate.fit import Problems
-from sym2real.diagnosis.estimate.quadratic import Hypothesis
+from sym2real.diagnosis.estimate.fit import Hypothesis, Problems
 from sym2real.diagnosis.pipeline import prepare
 from sym2real.diagnosis.predict.candidate import Candidate, candidates
 from sym2real.diagnosis.predict.library import Library

@@ -12,8 +12,7 @@ from weighed_problems import weighed_problems
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.segments import WARM_UP
 from sym2real.diagnosis.data.start import ROWS
-from sym2real.diagnosis.estimate.fit import Problems
-from sym2real.diagnosis.estimate.quadratic import Hypothesis
+from sym2real.diagnosis.estimate.fit import Hypothesis, Problems
 from sym2real.diagnosis.predict.candidate import Candidate, candidates
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.score.importance import _windows, by_importance

@@ -13,8 +13,7 @@ from noisy_flights import flights_with_all
 from scipy import stats
 from weighed_problems import weighed_problems
 
-from sym2real.diagnosis.estimate.fit import Problems
-from sym2real.diagnosis.estimate.quadratic import Fit, Hypothesis
+from sym2real.diagnosis.estimate.fit import Fit, Hypothesis, Problems
 from sym2real.diagnosis.estimate.significance import (
     Distance,
     beyond_chance,

@@ -25,9 +25,8 @@ from sym2real.diagnosis.data.preparation import long_enough
 from sym2real.diagnosis.design.alike import Changes, Others
 from sym2real.diagnosis.design.visible import AssumedNoise, Plan, Predictions, Visible
 from sym2real.diagnosis.errors.floor import SensorNoise
-from sym2real.diagnosis.estimate.fit import Problems
+from sym2real.diagnosis.estimate.fit import Hypothesis, Problems
 from sym2real.diagnosis.estimate.preparation import whiten
-from sym2real.diagnosis.estimate.quadratic import Hypothesis
 from sym2real.diagnosis.estimate.significance import least_gain, sizes_beyond_chance
 from sym2real.diagnosis.estimate.swing import smallest_swings
 from sym2real.diagnosis.estimate.whitening import Spread

@@ -15,8 +15,7 @@ import numpy as np
 from sym2real.control.manoeuvres import DITHER, TRIALS, Trial
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.segments import cut
-from sym2real.diagnosis.estimate.fit import Problems
-from sym2real.diagnosis.estimate.quadratic import Hypothesis
+from sym2real.diagnosis.estimate.fit import Hypothesis, Problems
 from sym2real.diagnosis.estimate.simulator import fly
 from sym2real.diagnosis.estimate.whitening import Spread, Whitening
 from sym2real.diagnosis.predict.candidate import candidates

@@ -18,8 +18,7 @@ from torch import Tensor
 from sym2real.diagnosis.data.windows import channel_name, judged
 from sym2real.diagnosis.errors.floor import MOST_WINDOWS, Floor, SensorNoise, floor_of_explained
 from sym2real.diagnosis.errors.rungs import HeldOut, windows_of
-from sym2real.diagnosis.estimate.fit import Problems
-from sym2real.diagnosis.estimate.quadratic import Free
+from sym2real.diagnosis.estimate.fit import Free, Problems
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.search.needed import judged_horizons
 from sym2real.diagnosis.settings import SETTINGS

@@ -21,9 +21,8 @@ from torch import Tensor
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.segments import COMPARED, Segments, cut
-from sym2real.diagnosis.estimate.fit import Problems
+from sym2real.diagnosis.estimate.fit import Fit, Free, Hypothesis, Problems
 from sym2real.diagnosis.estimate.full_model import improved
-from sym2real.diagnosis.estimate.quadratic import Fit, Free, Hypothesis
 from sym2real.diagnosis.estimate.variances import LEAST
 from sym2real.diagnosis.estimate.whitening import Spread, Whitened, Whitening
 from sym2real.diagnosis.predict.candidate import Candidate

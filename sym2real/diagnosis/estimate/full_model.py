@@ -11,8 +11,7 @@ import torch
 from scipy.optimize import lsq_linear
 from torch import Tensor
 
-from sym2real.diagnosis.estimate.fit import CONVERGED, LINE_SEARCH, Problems
-from sym2real.diagnosis.estimate.quadratic import Fit, Free, Hypothesis
+from sym2real.diagnosis.estimate.fit import CONVERGED, LINE_SEARCH, Fit, Free, Hypothesis, Problems
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.trajectory import Array

@@ -12,8 +12,7 @@ from scipy import stats
 from torch import Tensor
 
 from sym2real.diagnosis.data.segments import summed
-from sym2real.diagnosis.estimate.fit import Problems
-from sym2real.diagnosis.estimate.quadratic import Fit, Hypothesis
+from sym2real.diagnosis.estimate.fit import Fit, Hypothesis, Problems
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.least_squares import inflation, inverse_of, solve

@@ -16,7 +16,7 @@ from sym2real.diagnosis.data.segments import WARM_UP
 from sym2real.diagnosis.data.start import ROWS
 from sym2real.diagnosis.data.windows import finite_errors, free_run_seconds, judged
 from sym2real.diagnosis.errors.rungs import windows_of
-from sym2real.diagnosis.estimate.quadratic import Fit, Hypothesis
+from sym2real.diagnosis.estimate.fit import Fit, Hypothesis
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.search.select import Selection, parameter_set

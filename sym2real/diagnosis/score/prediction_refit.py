@@ -29,8 +29,7 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.segments import Segments, compared_fields
 from sym2real.diagnosis.data.windows import JUDGED_AT, channel_name, judged
 from sym2real.diagnosis.errors.rungs import Rung, windows_of
-from sym2real.diagnosis.estimate.fit import Problems
-from sym2real.diagnosis.estimate.quadratic import Fit, Hypothesis
+from sym2real.diagnosis.estimate.fit import Fit, Hypothesis, Problems
 from sym2real.diagnosis.estimate.whitening import Whitening
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.score.finding import Finding, Scored

@@ -21,8 +21,8 @@ from functools import partial
 from itertools import chain, groupby, islice
 from math import inf
 
+from sym2real.diagnosis.estimate.fit import Hypothesis
 from sym2real.diagnosis.estimate.preparation import Prepared, uncalibrated
-from sym2real.diagnosis.estimate.quadratic import Hypothesis
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.search.narrow import join_narrow
 from sym2real.diagnosis.search.needed import Needed, Predicted

@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 from scipy.stats import norm
 from torch import Tensor
 
-from sym2real.diagnosis.estimate.quadratic import Fit
+from sym2real.diagnosis.estimate.fit import Fit
 from sym2real.diagnosis.estimate.significance import collinear, half_widths
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.predict.sensitivity import Problem

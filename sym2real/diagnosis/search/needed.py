@@ -29,8 +29,7 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.segments import Segments
 from sym2real.diagnosis.data.windows import JUDGED_AT, free_run_seconds, judged
 from sym2real.diagnosis.errors.rungs import HeldOut, Rung, RungError
-from sym2real.diagnosis.estimate.fit import Problems
-from sym2real.diagnosis.estimate.quadratic import Fit
+from sym2real.diagnosis.estimate.fit import Fit, Problems
 from sym2real.diagnosis.estimate.significance import beyond_trim
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.predict.library import Library

@@ -8,7 +8,7 @@ neither is, each its part; a pair that hides each other saves more than both do 
 
 from itertools import combinations, starmap
 
-from sym2real.diagnosis.estimate.quadratic import Fit, Hypothesis
+from sym2real.diagnosis.estimate.fit import Fit, Hypothesis
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.search.select import EffectSet, Selection
 

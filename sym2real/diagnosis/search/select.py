@@ -7,8 +7,7 @@ from functools import cached_property
 import torch
 from torch import Tensor
 
-from sym2real.diagnosis.estimate.fit import Problems
-from sym2real.diagnosis.estimate.quadratic import Fit, Free, Hypothesis
+from sym2real.diagnosis.estimate.fit import Fit, Free, Hypothesis, Problems
 from sym2real.diagnosis.estimate.significance import beyond_chance, half_widths, standard_error
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.settings import SETTINGS

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from sym2real.diagnosis.estimate.quadratic import Fit
+from sym2real.diagnosis.estimate.fit import Fit
 from sym2real.diagnosis.estimate.whitening import Spread
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.settings import SETTINGS

@@ -28,8 +28,7 @@ from operator import itemgetter
 from torch import Tensor
 
 from sym2real.diagnosis.estimate.calibrate import Calibration, by_log
-from sym2real.diagnosis.estimate.fit import Problems
-from sym2real.diagnosis.estimate.quadratic import Fit
+from sym2real.diagnosis.estimate.fit import Fit, Problems
 from sym2real.diagnosis.estimate.whitening import Spread, Whitening, estimate
 from sym2real.diagnosis.search.intervals import WITHIN_A_STEP
 from sym2real.diagnosis.search.select import Selection

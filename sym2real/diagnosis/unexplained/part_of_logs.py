@@ -16,8 +16,7 @@ from scipy import stats
 from torch import Tensor
 
 from sym2real.diagnosis.data.segments import summed
-from sym2real.diagnosis.estimate.fit import STEPS, Problems
-from sym2real.diagnosis.estimate.quadratic import Fit, Free, Hypothesis
+from sym2real.diagnosis.estimate.fit import STEPS, Fit, Free, Hypothesis, Problems
 from sym2real.diagnosis.estimate.significance import standard_error
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.search.select import EffectSet, Selection, parameter_set

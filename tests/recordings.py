@@ -11,8 +11,7 @@ from zlib import crc32
 import numpy as np
 from mcap.writer import Writer as McapWriter
 from rosbags.rosbag1 import Writer as Bag1
-from rosbags.rosbag2 import StoragePlugin
-from rosbags.rosbag2 import Writer as Bag2
+from rosbags.rosbag2 import StoragePlugin, Writer as Bag2
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 Columns = Mapping[str, np.ndarray]

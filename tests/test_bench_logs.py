@@ -10,8 +10,7 @@ from mistakes_of_joints import JOINTS
 from sym2real.dataset import Dataset
 from sym2real.experiments.flights import car_drives, quadrotor_flights
 from sym2real.experiments.noisy_runs import noisy_runs
-from sym2real.robots import CRAZYFLIE, MUSHR
-from sym2real.robots import ROBOTS as OTHERS
+from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS as OTHERS
 from sym2real.tasks import make_task
 
 ROBOTS = {"crazyflie": CRAZYFLIE, "mushr": MUSHR}

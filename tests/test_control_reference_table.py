@@ -8,8 +8,7 @@ import pytest
 import torch
 from torch import Tensor
 
-from sym2real.control.at_steps import ROWS_AHEAD as AHEAD
-from sym2real.control.at_steps import ReferenceTable
+from sym2real.control.at_steps import ROWS_AHEAD as AHEAD, ReferenceTable
 from sym2real.robots import ROBOTS
 from sym2real.tasks import make_task
 

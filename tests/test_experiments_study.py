@@ -19,8 +19,7 @@ from sym2real.diagnosis import add
 from sym2real.errors import DataError
 from sym2real.experiments.learning import from_description, trained_dependence
 from sym2real.experiments.models import base_folder, cached_base
-from sym2real.experiments.study import effort as efforts
-from sym2real.experiments.study import zero_shot
+from sym2real.experiments.study import effort as efforts, zero_shot
 from sym2real.experiments.study.adapting import Adapted
 from sym2real.experiments.study.case import Case, load_suite, shipped_suites
 from sym2real.experiments.study.catalogue import experiment, experiment_names

@@ -7,8 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from car_link import CarLink, pose
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from ros_peers import PATIENCE, master, rospy_script, wait_for
 
 from hardware.errors import LinkError, UnreachableError

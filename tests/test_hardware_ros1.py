@@ -10,8 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from ros_peers import PATIENCE, master, rospy_script, wait_for
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 

@@ -3,8 +3,7 @@
 import math
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from hardware.crazyflie.thrust_map import FULL_SCALE, THRUST_MAPS, ThrustMap
 from sym2real.errors import ShapeError, UnknownNameError

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 import sympy
 import torch
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from torch import Tensor
 
 from sym2real.errors import ModelError, ShapeError, UnknownNameError

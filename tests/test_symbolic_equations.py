@@ -17,8 +17,7 @@ from typing import Any
 import numpy as np
 import pytest
 import sympy
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from reference_models import motor_lagged
 
 from sym2real.errors import ModelError, Sym2RealError, UnknownNameError

@@ -35,8 +35,7 @@ from sym2real.field import Field
 from sym2real.layout import Layout, Layouts
 from sym2real.logs import LogSpec, inspect_logs, read_logs, write_log
 from sym2real.neural import Composed, Ensemble, ResidualMLP
-from sym2real.neural.model_folder import open_model as open_whole
-from sym2real.neural.model_folder import save_model as save_whole
+from sym2real.neural.model_folder import open_model as open_whole, save_model as save_whole
 from sym2real.neural.symbolic_residual import SymbolicResidual
 from sym2real.plants import load_plant, save_plant
 from sym2real.regression import Dependence

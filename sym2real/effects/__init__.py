@@ -6,14 +6,9 @@
 
 from sym2real.effects.body import Body as Body
 from sym2real.effects.bound import Effect as Effect
-from sym2real.effects.catalogue import applicable as applicable
-from sym2real.effects.catalogue import effect as effect
+from sym2real.effects.catalogue import applicable as applicable, effect as effect
 from sym2real.effects.composing import compose as compose
-from sym2real.effects.groups import GROUPS as GROUPS
-from sym2real.effects.groups import equivalents as equivalents
-from sym2real.effects.kind import Kind as Kind
-from sym2real.effects.kind import Parameter as Parameter
+from sym2real.effects.groups import GROUPS as GROUPS, equivalents as equivalents
+from sym2real.effects.kind import Kind as Kind, Parameter as Parameter
 from sym2real.effects.kinds import EFFECTS as EFFECTS
-from sym2real.effects.known_effects import as_simulated as as_simulated
-from sym2real.effects.known_effects import injected as injected
-from sym2real.effects.known_effects import noted as noted
+from sym2real.effects.known_effects import as_simulated as as_simulated, injected as injected, noted as noted

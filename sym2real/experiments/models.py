@@ -12,8 +12,7 @@ from filelock import FileLock
 from sym2real import __version__
 from sym2real.errors import ModelError, UnknownNameError
 from sym2real.files import make_folder
-from sym2real.neural import Model
-from sym2real.neural import open_model as open_folder
+from sym2real.neural import Model, open_model as open_folder
 from sym2real.neural.composed import Base, state_of
 from sym2real.neural.model_folder import below, holds_model
 from sym2real.plants import MujocoPlant, load_plant

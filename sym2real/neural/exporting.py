@@ -12,8 +12,7 @@ from sym2real.errors import ModelError
 from sym2real.neural.composed import Composed
 from sym2real.neural.ensemble import Ensemble
 from sym2real.neural.model_folder import Model, as_composed
-from sym2real.symbolic import Equations
-from sym2real.symbolic import export as export_equations
+from sym2real.symbolic import Equations, export as export_equations
 from sym2real.symbolic.exporting import called, program_file, write_export
 from sym2real.symbolic.interface import columns_of, interface
 from sym2real.symbolic.storage import script_file

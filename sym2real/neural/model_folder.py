@@ -19,8 +19,7 @@ from sym2real.neural.ensemble import Ensemble
 from sym2real.neural.residual_mlp import ResidualMLP
 from sym2real.neural.storage import expressions_file, load_ensemble, load_residual, load_symbolic, network_file
 from sym2real.neural.symbolic_residual import SymbolicResidual
-from sym2real.symbolic import Equations, load_model
-from sym2real.symbolic import save_model as save_equations
+from sym2real.symbolic import Equations, load_model, save_model as save_equations
 from sym2real.symbolic.storage import (
     ENSEMBLE,
     EQUATIONS,

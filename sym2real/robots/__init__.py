@@ -12,9 +12,7 @@ from sym2real.robots.mushr import MUSHR as MUSHR
 from sym2real.robots.nominal_car import car as car
 from sym2real.robots.nominal_quadrotor import quadrotor as quadrotor
 from sym2real.robots.recipe import Recipe as Recipe
-from sym2real.robots.robot import Limits as Limits
-from sym2real.robots.robot import MPPISettings as MPPISettings
-from sym2real.robots.robot import Robot as Robot
+from sym2real.robots.robot import Limits as Limits, MPPISettings as MPPISettings, Robot as Robot
 from sym2real.robots.thrust_fit import fit_thrust_per_unit as fit_thrust_per_unit
 
 # Robots that come from their MJCF alone are opened when they are asked for: MuJoCo stays out of light imports.

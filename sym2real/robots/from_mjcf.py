@@ -14,8 +14,7 @@ import numpy as np
 
 from sym2real.errors import ModelError, UnknownNameError
 from sym2real.layout import Layout, Layouts
-from sym2real.robots import mjcf_columns as columns
-from sym2real.robots import planar
+from sym2real.robots import mjcf_columns as columns, planar
 from sym2real.robots.covered import against_rolling, against_tree
 from sym2real.robots.description import Coordinates, Crash, Description, is_text
 from sym2real.robots.driven import braking, strengths

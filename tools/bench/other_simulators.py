@@ -28,14 +28,12 @@ from answers import HORIZON, Record, answer_of, in_form_of_the_answer, named, na
 from bullet_plant import Hexarotor, flights_in_bullet
 from figures import Figure, report
 from hidden_scores import covered
-from highway_plant import WHEELBASE as ROAD_WHEELBASE
-from highway_plant import Tyres, drives
+from highway_plant import WHEELBASE as ROAD_WHEELBASE, Tyres, drives
 from lsy_plant import IdentifiedQuadrotor, LsyPlant
 from repeated import Asked, answers_of, print_table, share
 from rotorpy_plant import QUICK, Quadrotor, RotorpyPlant
 from single_track_plant import WHEELBASE, Car, SingleTrackPlant
-from slipx_plant import WHEELBASE as RACE_WHEELBASE
-from slipx_plant import RaceCar, races
+from slipx_plant import WHEELBASE as RACE_WHEELBASE, RaceCar, races
 from standard_set import standard_run
 
 from sym2real.dataset import Dataset

@@ -45,5 +45,7 @@ def test_logs_kept_aside_have_the_clock_of_what_they_go_on_from(flight: Trajecto
     first, *rest = (replace(flight.rows(*rows), name=str(rows)) for rows in ((0, 50), (50, 90), (90, 120)))
     question = Question(ROBOTS["crazyflie"].nominal(), Dataset([first]), held_out=Dataset(rest))
     whole = inputs_along(CLOCK, flight)
-    for log, begun in zip(check_data(question).scored, (50, 90), strict=True):
+    aside = check_data(question).aside
+    assert aside is not None
+    for log, begun in zip(aside.data, (50, 90), strict=True):
         np.testing.assert_allclose(inputs_along(CLOCK, log)[0], whole[begun], atol=1e-6)

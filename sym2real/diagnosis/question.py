@@ -66,11 +66,6 @@ class Examined:
     aside: Checked | None = None
 
     @property
-    def scored(self) -> Dataset:
-        """The logs that score what is found; those of the search themselves where none were kept aside."""
-        return (self.aside or self.checked).data
-
-    @property
     def scaled(self) -> tuple[str, ...]:
         """Commands in no known unit, whose factor a first look told; none where more has been done to them since."""
         if self.checked.commands_lost or self.question.model.filters:

@@ -108,5 +108,4 @@ def named_channels(layout: Layout) -> dict[str, list[int]]:
 
 def _noise(dataset: Dataset, places: Sequence[int]) -> float:
     """Norm of the noise of some tangent components, median over logs."""
-    long_enough = (log for log in dataset if len(log) > ROWS)
-    return float(np.median([np.linalg.norm(noise_of(log)[list(places)]) for log in long_enough]))
+    return float(np.median([np.linalg.norm(noise_of(log)[list(places)]) for log in dataset]))

@@ -153,7 +153,7 @@ def _prepared(base: Refined, logs: Dataset, full: Whitened, swing: Swing | None)
     return Prepared(
         **vars(base),
         checked=replace(base.examined.checked, data=logs),
-        scored=logs if question.held_out is None else base.examined.scored,
+        scored=logs if base.examined.aside is None else base.examined.aside.data,
         candidates=candidates(searched, logs),
         problems=Problems(full.problem, full.whitening, nuisance_of(searched, searched.null), full.spread),
         spread=full.spread,

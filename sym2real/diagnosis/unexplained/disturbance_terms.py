@@ -56,11 +56,10 @@ class Feature:
         """Shapes of its term ``# (S, pieces, K)``, ranks being those among the values of another data set."""
         whole = self.values
         if not self.within:
-            rank = np.empty((len(whole), 0))
-            if self.columns:
-                ordered = np.sort(among.values[:, 0])
-                rank = np.interp(whole, ordered, np.linspace(-1.0, 1.0, len(ordered)))
-            whole = np.concatenate([np.ones((len(whole), 1)), rank, rank**2, rank**3], axis=1)
+            columns = zip(whole.T, np.sort(among.values.T), strict=True)  # none of the constant
+            ranks = [np.interp(own, ordered, np.linspace(-1.0, 1.0, len(ordered))) for own, ordered in columns]
+            powers = [rank**power for rank in ranks for power in (1, 2, 3)]
+            whole = np.stack([np.ones(len(whole)), *powers], axis=1)
         return torch.as_tensor(whole).reshape(-1, PIECES, whole.shape[1])
 
 

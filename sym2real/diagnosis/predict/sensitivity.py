@@ -20,6 +20,7 @@ BATCH = 48
 STEP = 1e-3
 # Difference steps of the start state, in the tangent's units.
 START_STEP = 1e-5
+Pushes = tuple[Tensor, Tensor] | None  # beside commands and inputs ``# (B, 1, N - 1, ·)``
 
 
 class Problem:
@@ -97,20 +98,18 @@ class Problem:
             target, layout = (inputs, layouts.inputs) if column in layouts.inputs else (actions, layouts.action)
             for j in range(pieces):
                 target[1 + i * pieces + j, 0, edges[j] : edges[j + 1], layout.index(column)] = size * STEP
-        moved = self._residuals(values.expand(count, -1), actions=actions.double(), inputs=inputs.double())
+        moved = self._residuals(values.expand(count, -1), pushes=(actions.double(), inputs.double()))
         return ((moved[1:] - moved[0]) / STEP).reshape(len(disturbances), pieces, *moved.shape[1:]).permute(2, 3, 0, 1)
 
-    def _residuals(
-        self, sets: Tensor, moves: Tensor | None = None, actions: Tensor | None = None, inputs: Tensor | None = None
-    ) -> Tensor:
+    def _residuals(self, sets: Tensor, moves: Tensor | None = None, pushes: Pushes = None) -> Tensor:
         layout, columns = self._compared
-        states = self._states(sets, moves, actions, inputs, columns)
+        states = self._states(sets, moves, pushes, columns)
         difference = layout.difference(states.permute(2, 0, 1, 3), self._measured_columns)  # (N, B, S, C), as it lies
         return difference.nan_to_num_(nan=1e3).clamp_(-1e3, 1e3).permute(1, 2, 0, 3).flatten(-2)
 
     def states(self, sets: Tensor) -> Tensor:
         """Predicted measurements of every row of the segments ``# (B, S, N, state)``."""
-        return self._states(sets, None, None, None, range(self._visible))
+        return self._states(sets, None, None, range(self._visible))
 
     def states_by_segment(self, sets: Tensor, which: Tensor) -> Tensor:
         """Predicted measurements of every segment under a parameter set of its own ``# (S, N, state)``.
@@ -126,9 +125,7 @@ class Problem:
             states[mine] = part.states(sets[number][None])[0]
         return states
 
-    def _states(
-        self, sets: Tensor, moves: Tensor | None, actions: Tensor | None, inputs: Tensor | None, columns: Sequence[int]
-    ) -> Tensor:
+    def _states(self, sets: Tensor, moves: Tensor | None, pushes: Pushes, columns: Sequence[int]) -> Tensor:
         library, segments = self.library, self.segments
         parameters = self._defaults.repeat(len(sets), 1, 1)  # (B, 1, all)
         parameters[:, 0, list(library.columns)] = sets
@@ -138,13 +135,11 @@ class Problem:
         known = self._inputs[log, ahead].expand(len(sets), -1, -1, -1)
         start = self._start(segments.start, sets, parameters, moves)
         if hidden_start_of(library.form) is not None:
-            start = self._with_hidden(start, commands, parameters, sets, library.busy(sets, library.remembering))
-        predicted = self._rolled_out(
-            start,
-            sent if actions is None else sent + actions.repeat(1, 1, 1, library.parts(self.data.dt)),
-            known if inputs is None else known + inputs,
-            parameters,
-        )
+            start = self._with_hidden(start, commands, parameters, sets)
+        if pushes is not None:
+            sent = sent + pushes[0].repeat(1, 1, 1, library.parts(self.data.dt))
+            known = known + pushes[1]
+        predicted = self._rolled_out(start, sent, known, parameters)
         turned = self._turned(sets)
         states = _with_first(start, predicted, columns)
         if turned.any():
@@ -192,19 +187,16 @@ class Problem:
         measured: Tensor = output(*given)
         return measured
 
-    def _with_hidden(
-        self, start: Tensor, commands: tuple[Tensor, Tensor], parameters: Tensor, sets: Tensor, busy: Tensor
-    ) -> Tensor:
-        """Hidden states at the start: they run through the rows before it, from a start in rest.
+    def _with_hidden(self, start: Tensor, commands: tuple[Tensor, Tensor], parameters: Tensor, sets: Tensor) -> Tensor:
+        """Hidden states at the start: they run through the rows before it, from a start in rest, where they matter.
 
         Args:
             start: ``# (B, S, visible)``.
             commands: of :meth:`FilteredCommands.of`.
             parameters: ``# (B, 1, all)``.
             sets: ``# (B, P)``.
-            busy: parameter sets to which hidden states matter ``# (B,)``; others have zeros.
         """
-        whole = pad(start, (0, self._hidden))
+        whole, busy = pad(start, (0, self._hidden)), self.library.busy(sets, self.library.remembering)
         if busy.any():
             hidden = self._warmed_up((commands[0], commands[1][busy]), sets[busy], parameters[busy])
             whole[busy, ..., self._visible :] = hidden

@@ -64,7 +64,7 @@ def test_the_floor_of_the_explained_model_is_its_error(flights: Dataset) -> None
     held = HeldOut(library, flights)
     horizons = held.horizons(0.8)
     (stage,) = held.ladder([("right", library.null[None])], horizons)
-    floor = floor_of_explained(library, flights, library.null, whitening, horizons)
+    floor = floor_of_explained(held, library.null, whitening, horizons)
     assert [one.horizon for one in floor] == [0.1, 0.2, 0.5, 0.8]
     for one in floor:
         for channel in ("position", "attitude", "velocity", "rate"):
@@ -79,11 +79,9 @@ def test_a_noisier_start_raises_the_floor(flights: Dataset) -> None:
     spread = Spread.of(problem, library.null)
     ones = torch.ones(len(problem.segments.compared), dtype=torch.float64)
     power = torch.full((len(spread.names),), 1e-8, dtype=torch.float64)
-    noise = torch.as_tensor(problem.segments.noise)
+    noise, held = torch.as_tensor(problem.segments.noise), HeldOut(library, flights)
     plain, noisy = (
-        floor_of_explained(
-            library, flights, library.null, spread.whitening((size * noise * ones).square(), power), (0.5,)
-        )
+        floor_of_explained(held, library.null, spread.whitening((size * noise * ones).square(), power), (0.5,))
         for size in (1.0, 3.0)
     )
     for channel, (value, _) in plain[0].errors.items():

@@ -14,6 +14,7 @@ from torch import Tensor
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import diagnose
 from sym2real.diagnosis.errors.floor import floor_of_explained
+from sym2real.diagnosis.errors.rungs import HeldOut
 from sym2real.diagnosis.estimate.wander import Wander
 from sym2real.diagnosis.estimate.whitening import Spread, Whitening, estimate, with_wander
 from sym2real.diagnosis.predict.library import Library
@@ -132,7 +133,8 @@ def test_the_floor_rises_by_what_walks_until_the_prediction_ends(flights: Datase
     shares = torch.where(torch.arange(spread.components) < 3, 4.0, 0.0).double()
     walking = replace(still, wander=Wander(shares, segments.length))
     horizons = (0.2, 0.8)
-    levels = (floor_of_explained(problem.library, flights, null, own, horizons) for own in (still, walking))
+    held = HeldOut(problem.library, flights)
+    levels = (floor_of_explained(held, null, own, horizons) for own in (still, walking))
     for before, after in zip(*levels, strict=True):
         added = after.errors["position"][0] ** 2 - before.errors["position"][0] ** 2
         assert after.noise["position"] > before.noise["position"]

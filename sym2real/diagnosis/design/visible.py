@@ -45,10 +45,11 @@ class Predictions:
     def of(cls, problems: Problems, noise: SensorNoise | None) -> Predictions | None:
         """Of the logs of a problem, with noise of the sensors or that which the logs show; None of short logs."""
         library, data = problems.library, problems.data
-        if not (horizons := judged_horizons(HeldOut(library, data))):
+        held = HeldOut(library, data)
+        if not (horizons := judged_horizons(held)):
             return None
         windows = windows_of(data, round(max(horizons) / data.dt)).some(MOST_WINDOWS)
-        floor = floor_of_explained(library, data, library.null, problems.whitening, horizons, noise=noise)
+        floor = floor_of_explained(held, library.null, problems.whitening, horizons, noise=noise)
         return cls(Problem(library, data, windows), floor)
 
     def of_parameters(self, free: Free) -> Tensor:

@@ -22,9 +22,8 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.segments import Segments, compared_components, segment_length
 from sym2real.diagnosis.data.start import ROWS, Start, start_states
 from sym2real.diagnosis.data.windows import channel_name, channel_units, one_step_windows, predict_windows
-from sym2real.diagnosis.errors.rungs import Rung, windows_of
+from sym2real.diagnosis.errors.rungs import HeldOut, Rung, windows_of
 from sym2real.diagnosis.estimate.whitening import PIECES, Whitening, disturbances
-from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.layout import Layout
@@ -161,19 +160,12 @@ def floor_of_noise(
 
 
 def floor_of_explained(
-    library: Library,
-    data: Dataset,
-    values: Tensor,
-    whitening: Whitening,
-    horizons: Sequence[float],
-    *,
-    noise: SensorNoise | None = None,
+    held: HeldOut, values: Tensor, whitening: Whitening, horizons: Sequence[float], *, noise: SensorNoise | None = None
 ) -> tuple[Floor, ...]:
     """The floor of a model that misses nothing but noise and small disturbances.
 
     Args:
-        library: the equations with every effect in them.
-        data: logs that the ladder is scored on.
+        held: the equations with every effect in them, and logs, all windows of which tell of it.
         values: parameter set of the fully explained model ``# (P,)``.
         whitening: what noise and disturbances are.
         horizons: in s.
@@ -181,14 +173,14 @@ def floor_of_explained(
     """
     if not horizons:
         return ()
-    steps = [round(horizon / data.dt) for horizon in horizons]
+    data, steps = held.logs, [round(horizon / held.logs.dt) for horizon in horizons]
     windows = windows_of(data, max(steps)).some(MOST_WINDOWS)
-    layout, problem = windows.layout, Problem(library, data, windows)
+    layout, problem = windows.layout, Problem(held.library, data, windows)
     compared, _ = compared_components(layout, whitening.fields)
     noise = noise or SensorNoise.of(data).with_deviation(compared, whitening.sensor.numpy())
     deviations = _start_deviations(data, windows, noise, np.random.default_rng(SEED))  # (W, D, n)
     started = torch.einsum("wri,wdi->wrd", problem.start_jacobian(values), deviations).square().mean(-1)
-    kinds = disturbances(library.equations)
+    kinds = disturbances(held.library.equations)
     pieces = max(1, round(max(steps) * PIECES / segment_length(layout, data.dt)))
     power = torch.tensor([whitening.disturbances[name] / size for name, size in kinds], dtype=torch.float64)
     disturbed = (problem.disturbance_jacobian(values, kinds, pieces) * power[:, None]).square().sum((-1, -2))

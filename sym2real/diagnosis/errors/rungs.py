@@ -151,14 +151,22 @@ class HeldOut:
         windows = windows_of(self.logs, max(steps.values()), self.after)
         problem = Problem(self.library, self.logs, windows)
         folds = torch.as_tensor(np.zeros_like(windows.log) if self.fold_of is None else self.fold_of[windows.log])
-        known = {count: _known(self.logs, windows, count) for count in steps.values()}
-        blocks = {count: max(SHORTEST_BLOCK, ceil(count / stride_of(self.logs.dt))) for count in known}
-        rungs, unchanged = [], [_errors(windows.start, windows, at, blocks[at], known[at]) for at in known]
+        units, known = channel_units(windows.layout), {n: _known(self.logs, windows, n) for n in steps.values()}
+
+        def errors(predicted: Tensor, step: int) -> dict[str, RungError]:
+            """By channel, so many rows behind the starts of windows ``# (W, state)``."""
+            block, own = max(SHORTEST_BLOCK, ceil(step / stride_of(self.logs.dt))), known[step]
+            by_window = finite_errors(windows.layout, predicted, windows.measured[:, step])
+            return {
+                name: error_of(all_of[own], windows.log[own], units[name], block) for name, all_of in by_window.items()
+            }
+
+        rungs, unchanged = [], {at: errors(windows.start, n) for at, n in steps.items()}
         for name, sets in stages:
             mine = problem.states_by_segment(sets, folds if len(sets) > 1 else torch.zeros_like(folds))
-            table = {at: _errors(mine[:, n], windows, n, blocks[n], known[n]) for at, n in steps.items()}
-            pairs = zip(table.items(), unchanged, strict=True)
-            worse = {at: tuple(c for c in judged(own) if own[c].low > still[c].high) for (at, own), still in pairs}
+            table = {at: errors(mine[:, n], n) for at, n in steps.items()}
+            pairs = [(at, own, unchanged[at]) for at, own in table.items()]
+            worse = {at: tuple(c for c in judged(own) if own[c].low > still[c].high) for at, own, still in pairs}
             rungs.append(Rung(name, table, not all(worse.values()), worse))
         return tuple(rungs)
 
@@ -170,14 +178,6 @@ def _known(data: Dataset, windows: Segments, steps: int) -> NDArray[np.bool_]:
     first = [[*lost[log], np.inf][at] for log, at in zip(windows.log, following, strict=True)]
     known: NDArray[np.bool_] = np.array(first) > windows.row + steps
     return known if known.sum() >= SETTINGS.fewest_pieces else np.ones_like(known)
-
-
-def _errors(
-    predicted: Tensor, windows: Segments, step: int, block: int, known: NDArray[np.bool_]
-) -> dict[str, RungError]:
-    units, log = channel_units(windows.layout), windows.log[known]
-    errors = finite_errors(windows.layout, predicted, windows.measured[:, step])
-    return {channel: error_of(values[known], log, units[channel], block) for channel, values in errors.items()}
 
 
 def error_of(values: Array, log: NDArray[np.int64], unit: str, block: int = SHORTEST_BLOCK) -> RungError:

@@ -120,21 +120,20 @@ def findings(
         group, values = tuple(dict.fromkeys((key, *groups.get(key, ())))), estimates(selection, candidate, fit, near)
         doubtful = attenuated(selection, candidate, fit)
         by_voltage = VOLTAGE in of.of.reads and VOLTAGE in of.body.layouts.inputs
-        findings.append(
-            Finding(
-                effect=key,
-                parameters=values,
-                share=share,
-                group=group,
-                separate_by=of.shown_by if len(group) > 1 else "",
-                provisional=provisional,
-                fix=AS_SENT if doubtful else _fix(of, values),
-                log_spread=spread_over_logs(selection, candidate, fit),
-                voltage=of.body.numbers.get(REFERENCE) if by_voltage else None,
-                probability=probabilities.get(key),
-                doubtful=doubtful,
-            )
+        finding = Finding(
+            effect=key,
+            parameters=values,
+            share=share,
+            group=group,
+            separate_by=of.shown_by if len(group) > 1 else "",
+            provisional=provisional,
+            fix=AS_SENT if doubtful else _fix(of, values),
+            log_spread=spread_over_logs(selection, candidate, fit),
+            voltage=of.body.numbers.get(REFERENCE) if by_voltage else None,
+            probability=probabilities.get(key),
+            doubtful=doubtful,
         )
+        findings.append(finding)
     return findings
 
 
@@ -229,11 +228,11 @@ def laddered(
     prepared: Prepared, selection: Selection
 ) -> tuple[LadderModels, tuple[float, ...], tuple[Rung, ...], tuple[Floor, ...]]:
     """The models of a ladder, its horizons (s), their errors on held-out data, and those of a fully explained model."""
-    library, logs, question = prepared.library, prepared.scored, prepared.question
-    steps = LadderModels.of(library, logs, selection, same=question.held_out is None)
+    question = prepared.question
+    steps = LadderModels.of(prepared.library, prepared.scored, selection, same=question.held_out is None)
     horizons = steps.held.horizons(question.horizon)
     stages = steps.held.ladder(steps.models, horizons)
-    floor = floor_of_explained(library, logs, selection.fit.values, prepared.whitening, horizons)
+    floor = floor_of_explained(steps.held, selection.fit.values, prepared.whitening, horizons)
     return steps, horizons, stages, no_higher_than_reached(floor, stages)
 
 

@@ -8,7 +8,8 @@ borrows what that does (drag is huge where wind is forbidden). Trim, which the n
 and comes last of all.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -25,6 +26,7 @@ from sym2real.effects.trim import is_trim
 LEAST = 1e-9
 
 Ordered = list[tuple[Candidate, Fit]]
+Score = Callable[[Sequence[Candidate]], float]
 
 
 def by_importance(selection: Selection) -> Ordered:
@@ -49,22 +51,17 @@ def _ordered(selection: Selection) -> Ordered:
 def _order(selection: Selection) -> list[Candidate]:
     if len(selection.chosen) < 2:
         return list(selection.chosen)
-    windows = _windows(selection)
+    score = partial(_score, selection, _windows(selection))
     trim = [candidate for candidate in selection.chosen if _is_trim(selection, candidate)]
     lasting = [candidate for candidate in selection.chosen if candidate not in trim]
-    return [*_from_behind(selection, windows, lasting, trim), *_from_behind(selection, windows, trim, lasting)]
+    return [*_from_behind(score, lasting, trim), *_from_behind(score, trim, lasting)]
 
 
-def _from_behind(
-    selection: Selection, windows: Problem, some: Sequence[Candidate], others: Sequence[Candidate]
-) -> list[Candidate]:
+def _from_behind(score: Score, some: Sequence[Candidate], others: Sequence[Candidate]) -> list[Candidate]:
     """Some of the effects by importance, while the others stay."""
     rest, last = list(some), list[Candidate]()
     while len(rest) > 1:
-        scores = [
-            _score(selection, windows, [*others, *(kept for kept in rest if kept is not candidate)])
-            for candidate in rest
-        ]
+        scores = [score([*others, *(kept for kept in rest if kept is not own)]) for own in rest]
         last.append(rest.pop(scores.index(min(scores))))
     return [*rest, *reversed(last)]
 

@@ -79,22 +79,15 @@ def candidates(library: Library, data: Dataset) -> tuple[Candidate, ...]:
     candidates: list[Candidate] = []
     groups, known = holding(data), [effect.key for effect in applicable(library.equations)]
     exclusive = [group for group in groups if group.exclusive]
-    for key, known_effect in library.effects.items():
-        slots = library.indices(key)
-        if not slots or (known_effect.searching.swings and not swings(data)):
+    for key, own in library.effects.items():
+        slots, searching = library.indices(key), own.searching
+        if not slots or (searching.swings and not swings(data)):
             continue
-        values = values_for(library.equations, known_effect, data)
-        fixed = known_effect.searching.fixed(known_effect.body, values, data)
-        candidates.append(
-            Candidate(
-                key,
-                free=tuple(slot for slot in slots if library.slots[slot].parameter.name not in fixed),
-                starts=known_effect.searching.starts(known_effect.body, values),
-                needs_start=not known_effect.searching.from_null,
-                alike=_matching(key, groups, known),
-                excludes=_matching(key, exclusive, known),
-            )
-        )
+        values = values_for(library.equations, own, data)
+        fixed, starts = searching.fixed(own.body, values, data), searching.starts(own.body, values)
+        free = tuple(slot for slot in slots if library.slots[slot].parameter.name not in fixed)
+        alike, excludes = (_matching(key, some, known) for some in (groups, exclusive))
+        candidates.append(Candidate(key, free, starts, not searching.from_null, alike, excludes))
     return tuple(candidates)
 
 

@@ -1,7 +1,7 @@
 """What may depend on something: disturbances, what measurements are off by, and parameters that were found."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from sym2real.diagnosis.estimate.fit import Fit
 from sym2real.diagnosis.estimate.whitening import Spread
@@ -47,10 +47,8 @@ def channels_of(problem: Problem, spread: Spread, fit: Fit) -> list[Channel]:
     level = [channel for channel in channels if channel.name in FORCE.columns[:2]]
     if len(level) > 1 and _turns(problem):
         both = tuple(place for channel in level for place in channel.places)
-        channels += [
-            Channel(along.name + TURNED, along.unit, along.kind, along.size, both, axis=axis)
-            for axis, along in enumerate(level)
-        ]
+        turned = (replace(along, name=along.name + TURNED, places=both) for along in level)
+        channels += [replace(along, axis=axis) for axis, along in enumerate(turned)]
     offsets = [*offsets_of(problem)]
     for place, (name, unit, _) in enumerate(offsets, len(names)):
         channels.append(Channel(name, unit, "measured", 1.0, (place,)))

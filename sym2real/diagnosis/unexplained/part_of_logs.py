@@ -119,9 +119,8 @@ def _some_logs(problems: Problems, fit: Fit, candidate: Candidate) -> Iterator[t
         return
     names = [problems.data[log].name for log in np.unique(problems.problem.segments.log)]
     for place in fit.places(candidate.free):
-        gradient, curvature = (
-            summed(part, problems.logs) for part in (fit.gradient[:, place], fit.curvature[:, place, place])
-        )
+        parts = fit.gradient[:, place], fit.curvature[:, place, place]
+        gradient, curvature = (summed(part, problems.logs) for part in parts)
         ordered = np.argsort((-gradient / curvature.clamp_min(1e-300)).numpy(), kind="stable")
         for count in range(2, len(ordered) - 1):
             for some in (ordered[:count], ordered[count:]):

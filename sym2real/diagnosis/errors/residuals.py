@@ -6,7 +6,7 @@ autocorrelation does. A residual that follows a command so many rows earlier sho
 model lacks. Bands are those of :mod:`sym2real.correlations`.
 """
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -171,17 +171,16 @@ def one_step_residuals(model: Equations | DynamicsModel, data: Dataset, constant
     if not misses:
         return Residuals(dataset.dt, 0, 0, {})
     lags = max(1, min(round(MEMORY / dataset.dt), max(map(len, misses)) // PIECE))
-    commands = {
-        name: correlations.centred([rows[:, place] for rows in sent])
-        for place, name in enumerate(data.layouts.action)
-        if name not in constant
-    }
-    residuals = {
-        name: residual_of(correlations.centred([rows[:, place] for rows in misses]), commands, lags, unit)
-        for place, (name, unit) in enumerate(tangent_units(dataset.layouts.state).items())
-    }
+    commands = {name: own for name, own in _centred(data.layouts.action, sent).items() if name not in constant}
+    units = tangent_units(dataset.layouts.state)
+    residuals = {n: residual_of(own, commands, lags, units[n]) for n, own in _centred(units, misses).items()}
     components = {name: residual for name, residual in residuals.items() if residual is not None}
     return Residuals(dataset.dt, sum(map(len, misses)), lags, components)
+
+
+def _centred(names: Iterable[str], pieces: Sequence[Array]) -> dict[str, list[Array]]:
+    """By name, every column of pieces ``# (rows, columns)`` less its mean in each ``# (rows,)``."""
+    return {name: correlations.centred([rows[:, place] for rows in pieces]) for place, name in enumerate(names)}
 
 
 def residual_of(pieces: Sequence[Array], commands: dict[str, list[Array]], lags: int, unit: str) -> Residual | None:
@@ -199,13 +198,10 @@ def residual_of(pieces: Sequence[Array], commands: dict[str, list[Array]], lags:
         return None
     far = max(lags, correlations.summed_lags(pieces))
     itself = correlations.autocorrelation(pieces, far)
-    following = {
-        name: Following(
-            correlations.cross_correlations(pieces, values, lags),
-            correlations.cross_deviation(rows, itself, correlations.autocorrelation(values, far)),
-        )
-        for name, values in commands.items()
-    }
+    following = {}
+    for name, values in commands.items():
+        by_chance = correlations.cross_deviation(rows, itself, correlations.autocorrelation(values, far))
+        following[name] = Following(correlations.cross_correlations(pieces, values, lags), by_chance)
     return Residual(deviation, unit, itself[:lags], correlations.own_deviations(rows, itself[:lags]), following)
 
 

@@ -123,14 +123,13 @@ def cut(data: Dataset, fields: Collection[str] | None = None) -> Segments:
         ShapeError: when no log is long enough for one.
     """
     length = segment_length(data.layouts.state, data.dt)
-    moving = [
-        (index, first)
-        for index, trajectory in enumerate(data)
-        for first in range(SETTLING + WARM_UP, len(trajectory) - length, length)
-        if (np.diff(trajectory.state[first : first + length], axis=0) == 0).all(axis=1).mean() <= SETTINGS.frozen
-    ]
+    first = SETTLING + WARM_UP
+    starts = [(log, row) for log, own in enumerate(data) for row in range(first, len(own) - length, length)]
+    steps = (np.diff(data[log].state[row : row + length], axis=0) for log, row in starts)
+    stand = [(step == 0).all(axis=1).mean() > SETTINGS.frozen for step in steps]
+    moving = [start for start, stands in zip(starts, stand, strict=True) if not stands]
     if not moving:
-        raise _without_segments(data, SETTLING + WARM_UP + length + 1)
+        raise _without_segments(data, first + length + 1)
     log, row = np.array(moving, dtype=np.int64).T
     return segments_at(data, log, row, length, fields or (*COMPARED, *measured_rates(data)))
 

@@ -158,12 +158,10 @@ def _fault(breach: Breach | BadRows, data: Dataset, read: AsRead) -> Fault:
 
 def _signs(data: Dataset) -> Settled:
     """Rates and velocities whose sign contradicts the derivative of the attitude, the position or the joint."""
-    wrong = {column: own for column, own in agreements(list(data)).items() if own.verdict == "reversed"}
-    text = "the logged {} and the {}'s derivative correlate by {:.3f}: wrong sign"
-    faults = [
-        Fault(f"{SENSOR_SIGN.name}:{column}", text.format(column, own.of, own.correlation), SENSOR_SIGN.fix, -1.0, True)
-        for column, own in wrong.items()
-    ]
+    wrong, faults = {name: own for name, own in agreements(list(data)).items() if own.verdict == "reversed"}, []
+    for name, own in wrong.items():
+        shown = f"the logged {name} and the {own.of}'s derivative correlate by {own.correlation:.3f}: wrong sign"
+        faults.append(Fault(f"{SENSOR_SIGN.name}:{name}", shown, SENSOR_SIGN.fix, -1.0, sensor=True))
     return faults, of_all(Scaled((*wrong,), -1.0), data) if wrong else data
 
 

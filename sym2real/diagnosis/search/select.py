@@ -288,8 +288,6 @@ def parameter_set(selection: Selection, chosen: Sequence[Candidate], values: Ten
     """The library's parameter set of a model with some effects at their reported values, and nothing else."""
     library = selection.problems.problem.library
     result = library.null
-    for candidate in chosen:
-        for index in candidate.slots:
-            parameter = library.slots[index].parameter
-            result[index] = reported(float(values[index]), float(selection.origin[index]), parameter)
+    for slot in selection.free(chosen):
+        result[slot] = reported(float(values[slot]), float(selection.origin[slot]), library.slots[slot].parameter)
     return result

@@ -23,7 +23,6 @@ from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.question import Question
 from sym2real.diagnosis.score.finding import findings_of
 from sym2real.diagnosis.search.beam import search
-from sym2real.diagnosis.search.needed import Needed
 from sym2real.diagnosis.search.select import Selection
 from sym2real.effects import applicable, effect
 from sym2real.experiments.noisy_runs import noisy_runs
@@ -140,7 +139,8 @@ def test_what_would_explain_all_that_is_left_is_suspect_where_it_is_not_beyond_c
     assert [one.name for one in found.selection.chosen] == ["offset:steer"]
     assert found.suspects() == {}
     for small in (found.selection.chosen, []):
-        (said,) = findings_of(replace(found, needed=Needed(small=tuple(small))))
+        found.selection.small = tuple(small)
+        (said,) = findings_of(found)
         assert said.small is bool(small)
         assert said.values["value"] == pytest.approx(0.05, rel=0.1)
     selection = Selection(known.problems, known.candidates, known.origin)

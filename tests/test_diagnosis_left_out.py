@@ -21,7 +21,6 @@ from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.score.held_out import LadderModels
 from sym2real.diagnosis.search.near import by_own_starts
 from sym2real.diagnosis.search.needed import (
-    Needed,
     Predicted,
     by_others,
     fold_of_log,
@@ -129,7 +128,7 @@ def test_logs_too_short_to_predict_bear_out_whatever_was_chosen() -> None:
     assert predicted.bears_out(selection.present)
     assert predicted.small() == ()
     assert predicted.needs_most([selection.present]) is None
-    assert keep_needed(predicted) == Needed()
+    assert keep_needed(predicted) == ()
     assert selection.present.names == {"wind"}
 
 

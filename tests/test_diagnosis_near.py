@@ -19,7 +19,7 @@ from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.search.intervals import estimates, none_within
 from sym2real.diagnosis.search.narrow import join_narrow
 from sym2real.diagnosis.search.near import Near, Place, _nearly, as_good, groups_of, left_its_part
-from sym2real.diagnosis.search.needed import Needed, Predicted, keep_needed
+from sym2real.diagnosis.search.needed import Predicted, keep_needed
 from sym2real.diagnosis.search.select import EffectSet, Selection
 from sym2real.diagnosis.search.settled import plainer_set, refuted, settle
 from sym2real.effects import effect
@@ -215,11 +215,11 @@ def test_equal_losses_weigh_alike_and_a_lower_one_more() -> None:
 def test_what_no_prediction_needs_is_dropped_and_what_it_needs_stays() -> None:
     selection = chosen(("wind", "linear_drag"), "wind", "linear_drag")
     problem = selection.problems.problem
-    needed = keep_needed(Predicted(selection, problem.library, problem.data))
-    (dropped,) = needed.dropped
+    predicted = Predicted(selection, problem.library, problem.data)
+    (dropped,) = keep_needed(predicted)
     assert dropped.name == "linear_drag"
     assert [one.name for one in selection.chosen] == ["wind"]
-    assert not needed.small
+    assert not predicted.small()
     wind = selection.fit.values[selection.chosen[0].slots]
     assert wind.tolist() == pytest.approx([WIND["fx"], WIND["fy"]], rel=0.1)
 
@@ -233,7 +233,7 @@ def test_of_two_effects_that_stand_for_each_other_one_at_most_is_small() -> None
     whole, others = predicted.without_each()
     for left_out in others:
         assert left_out.horizons[0.8]["position"].value < 1.1 * whole.horizons[0.8]["position"].value
-    assert len(predicted.small_of(whole, others)) == 1
+    assert len(predicted.small()) == 1
 
 
 @pytest.mark.slow
@@ -242,9 +242,9 @@ def test_what_stays_once_another_has_gone_gives_way_to_what_the_logs_ask_for() -
     flights = flights_with_all({"wind": WIND, "added_mass": {"value": 8e-5}})
     selection = chosen(("wind", "linear_drag", "added_mass"), "linear_drag", "added_mass", flights=flights)
     problem = selection.problems.problem
-    needed = settle(Predicted(selection, problem.library, problem.data))
+    dropped = settle(Predicted(selection, problem.library, problem.data))
     assert [one.name for one in selection.chosen] == ["wind"]
-    assert [one.name for one in needed.dropped] == ["added_mass"]
+    assert [one.name for one in dropped] == ["added_mass"]
 
 
 def test_what_predictions_need_is_asked_for_once_what_they_do_not_need_has_gone() -> None:
@@ -252,10 +252,10 @@ def test_what_predictions_need_is_asked_for_once_what_they_do_not_need_has_gone(
     flights = flights_with_all({"wind": WIND, "added_mass": {"value": 8e-5}})
     selection = chosen(("wind", "added_mass", "linear_drag"), "added_mass", flights=flights)
     problem = selection.problems.problem
-    needed = settle(Predicted(selection, problem.library, problem.data))
+    predicted = Predicted(selection, problem.library, problem.data)
+    assert [one.name for one in settle(predicted)] == ["added_mass"]
     assert [one.name for one in selection.chosen] == ["wind"]
-    assert [one.name for one in needed.dropped] == ["added_mass"]
-    assert needed.small == ()
+    assert predicted.small() == ()
 
 
 def test_once_others_have_gone_what_costs_less_takes_the_place_of_what_the_logs_do_not_refute() -> None:
@@ -334,7 +334,7 @@ def test_a_plainer_set_of_which_two_effects_are_others_takes_the_place_of_what_s
     settle(predicted)
     assert selection.present.names == {mass.name, linear.name}
     selection.beside([gain, drag], selection.fit)
-    assert settle(predicted).dropped == ()
+    assert settle(predicted) == ()
     assert {own.name for own in selection.chosen} in ({gain.name, drag.name}, {mass.name, drag.name})
 
 
@@ -344,9 +344,10 @@ def test_what_whole_logs_establish_stays_beside_what_predictions_need(logs: int,
     flights = flights_with_all({"wind": WIND, "added_mass": {"value": 8e-5}}, count=logs)
     selection = chosen(("wind", "added_mass"), "wind", "added_mass", flights=flights)
     problem = selection.problems.problem
-    needed = keep_needed(Predicted(selection, problem.library, problem.data))
+    predicted = Predicted(selection, problem.library, problem.data)
+    keep_needed(predicted)
     assert [one.name for one in selection.chosen] == ["wind", "added_mass"][: 1 + stays]
-    assert [one.name for one in needed.small] == ["added_mass"][:stays]
+    assert [one.name for one in predicted.small()] == ["added_mass"][:stays]
 
 
 @pytest.mark.parametrize(
@@ -370,10 +371,9 @@ def test_what_moves_little_joins_what_was_chosen_where_logs_are_not_few(logs: in
     flights = flights_with_all({"wind": WIND, "added_mass": {"value": 8e-5}}, count=logs)
     selection = chosen(("wind", "added_mass", "linear_drag"), "wind", flights=flights)
     predicted = Predicted(selection, selection.problems.problem.library, selection.problems.problem.data)
-    needed = join_narrow(Needed((), ()), predicted)
+    join_narrow(predicted)
     assert [one.name for one in selection.chosen] == ["wind", "added_mass"][: 1 + joins]
-    assert [one.name for one in needed.small] == ["added_mass"][:joins]
-    assert join_narrow(needed, predicted) is needed  # asked again, nothing more
+    assert [one.name for one in predicted.small()] == ["added_mass"][:joins]
 
 
 def test_where_nothing_was_chosen_no_effect_is_small() -> None:

@@ -142,6 +142,9 @@ def test_the_most_important_effect_is_that_without_which_free_predictions_miss_m
     assert both is own.fit
     assert alone.total > both.total
     assert by_importance(own) is own.order
+    own.put(own.chosen, own.fit)
+    own.small = (first,)
+    assert [one.name for one, _ in by_importance(own)] == ["wind", "added_mass"]  # no prediction would need the first
     only = selection("wind")
     assert [(one.name, fit) for one, fit in by_importance(only)] == [("wind", only.fit)]
     assert by_importance(selection()) == []

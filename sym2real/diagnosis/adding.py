@@ -168,7 +168,7 @@ def _supported(
     shown = {candidate.name for candidate in gaining if selection.significant(selection.fit, candidate)}
     # As in a search, on a copy: what is not supported is reported with its values, too.
     apart = Predicted(copy(selection), prepared.library, prepared.checked.data)
-    small = {member.name for member in keep_needed(apart).dropped}
+    small = {member.name for member in keep_needed(apart)}
     return tuple(key for key in keys if key in shown - small), tuple(key for key in keys if key in shown & small)
 
 

@@ -131,6 +131,7 @@ def findings(
             log_spread=spread_over_logs(selection, candidate, fit),
             voltage=of.body.numbers.get(REFERENCE) if by_voltage else None,
             probability=probabilities.get(key),
+            small=candidate in selection.small,
             doubtful=doubtful,
         )
         findings.append(finding)
@@ -241,6 +242,4 @@ def findings_of(result: SearchResult, near: Near | None = None) -> tuple[Finding
     prepared = result.prepared
     groups = {} if near is None else groups_of(near)
     values = findings(result.selection, near, groups, prepared.calibration) if result.selection.chosen else []
-    small = {candidate.name for candidate in result.needed.small}
-    values = [replace(finding, small=finding.effect in small) for finding in values]
     return with_details(values, prepared.library, prepared.swing, prepared.checked.data)

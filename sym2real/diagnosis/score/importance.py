@@ -4,8 +4,8 @@ The whitened loss that the search works with says how sure an effect is; a tiny 
 What matters to a user is the error of long predictions, from windows all along the logs, of position and attitude as a
 product, so that no unit counts more than another. The order is found from behind: of all findings, the one without
 which the others predict best is the last, and so on; all keep their values, because one that is fitted without another
-borrows what that does (drag is huge where wind is forbidden). Trim, which the next run has anew, stays in meanwhile
-and comes last of all.
+borrows what that does (drag is huge where wind is forbidden). Trim, which the next run has anew, comes behind what
+lasts, and what no prediction needs comes last of all; meanwhile they stay in.
 """
 
 from collections.abc import Callable, Sequence
@@ -52,16 +52,18 @@ def _order(selection: Selection) -> list[Candidate]:
     if len(selection.chosen) < 2:
         return list(selection.chosen)
     score = partial(_score, selection, _windows(selection))
-    trim = [candidate for candidate in selection.chosen if _is_trim(selection, candidate)]
-    lasting = [candidate for candidate in selection.chosen if candidate not in trim]
-    return [*_from_behind(score, lasting, trim), *_from_behind(score, trim, lasting)]
+    needed = [candidate for candidate in selection.chosen if candidate not in selection.small]
+    trim = [candidate for candidate in needed if _is_trim(selection, candidate)]
+    lasting = [candidate for candidate in needed if candidate not in trim]
+    kinds = (lasting, trim, selection.small)
+    return [candidate for kind in kinds for candidate in _from_behind(score, kind, selection.chosen)]
 
 
-def _from_behind(score: Score, some: Sequence[Candidate], others: Sequence[Candidate]) -> list[Candidate]:
-    """Some of the effects by importance, while the others stay."""
+def _from_behind(score: Score, some: Sequence[Candidate], chosen: Sequence[Candidate]) -> list[Candidate]:
+    """Some of the chosen effects by importance, while the others stay."""
     rest, last = list(some), list[Candidate]()
     while len(rest) > 1:
-        scores = [score([*others, *(kept for kept in rest if kept is not own)]) for own in rest]
+        scores = [score([kept for kept in chosen if kept not in (own, *last)]) for own in rest]
         last.append(rest.pop(scores.index(min(scores))))
     return [*rest, *reversed(last)]
 

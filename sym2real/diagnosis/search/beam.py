@@ -17,7 +17,6 @@ saves something by luck, so what a pair saves must be beyond its standard error.
 
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
-from functools import partial
 from itertools import chain, groupby, islice
 from math import inf
 
@@ -25,7 +24,7 @@ from sym2real.diagnosis.estimate.fit import Hypothesis
 from sym2real.diagnosis.estimate.preparation import Prepared, uncalibrated
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.search.narrow import join_narrow
-from sym2real.diagnosis.search.needed import Needed, Predicted
+from sym2real.diagnosis.search.needed import Predicted
 from sym2real.diagnosis.search.pairs import hidden_pairs
 from sym2real.diagnosis.search.select import BETTER, EffectSet, Selection, parameter_set
 from sym2real.diagnosis.search.settled import settle
@@ -49,19 +48,19 @@ class SearchResult:
         prepared: the model against checked data.
         selection: effects that are there.
         finished: whether nobody interrupted it.
-        needed: effects that are beyond chance, and that predictions do not need, or hardly.
+        dropped: effects that are beyond chance, and that predictions do not need.
     """
 
     prepared: Prepared
     selection: Selection
     finished: bool
-    needed: Needed = field(default_factory=Needed)
+    dropped: tuple[Candidate, ...] = ()
 
     @property
     def notes(self) -> tuple[str, ...]:
         """Remarks on the data and the method, and effects that were not taken though the logs ask for them."""
         not_taken = {
-            UNNEEDED: [candidate.name for candidate in self.needed.dropped],
+            UNNEEDED: [candidate.name for candidate in self.dropped],
             TOO_LARGE: self.selection.driven_to_bounds(),
         }
         lines = (f"{why}: {', '.join(names)}" for why, names in not_taken.items() if names)
@@ -104,11 +103,11 @@ def search(prepared: Prepared, stages: Stages) -> SearchResult:
         if other.surely_cheaper(other.present, selection.present):
             prepared, selection = as_it_is, other
     predicted = Predicted(selection, prepared.library, prepared.checked.data)
-    needed = stages.try_to("holding effects against predictions", settle, predicted)
-    if needed is not None:
-        joined = partial(join_narrow, needed)
-        needed = stages.try_to("searching for what moves little of what is measured", joined, predicted) or needed
-    return SearchResult(prepared, selection, not stages.interrupted, needed or Needed())
+    dropped = stages.try_to("holding effects against predictions", settle, predicted)
+    if dropped is not None:
+        stages.try_to("searching for what moves little of what is measured", join_narrow, predicted)
+        selection.small = predicted.small()
+    return SearchResult(prepared, selection, not stages.interrupted, dropped or ())
 
 
 def _searched(prepared: Prepared, stages: Stages) -> Selection:

@@ -2,31 +2,25 @@
 
 from collections.abc import Iterator
 from copy import copy
-from dataclasses import replace
 from functools import partial
 
 from sym2real.diagnosis.estimate.significance import least_gain
 from sym2real.diagnosis.search.near import Near
-from sym2real.diagnosis.search.needed import Needed, Predicted
+from sym2real.diagnosis.search.needed import Predicted
 from sym2real.diagnosis.search.select import PROMISING, EffectSet, Selection, parameter_set
 from sym2real.diagnosis.search.settled import refuted
 from sym2real.diagnosis.settings import SETTINGS
 
 
-def join_narrow(needed: Needed, predicted: Predicted) -> Needed:
+def join_narrow(predicted: Predicted) -> None:
     """Put effects that move few of the measured directions beside what was chosen, where logs are not few.
 
     Such an effect pays less than others, so an error must surely be a tenth larger without it or whole logs establish
     it, no error may be larger with it, and the sets around must refute none: it could displace another one.
-
-    Args:
-        needed: what became of the choice without them.
-        predicted: logs, and what was chosen.
     """
-    selection, before = predicted.selection, len(predicted.selection.chosen)
+    selection = predicted.selection
     while (larger := next(filter(partial(_stands, predicted), _narrow(selection)), None)) is not None:
         selection.put(larger.chosen, larger.fit)
-    return replace(needed, small=predicted.small()) if len(selection.chosen) > before else needed
 
 
 def _stands(predicted: Predicted, larger: EffectSet) -> bool:

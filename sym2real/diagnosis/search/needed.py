@@ -42,19 +42,6 @@ LAST_THIRD = 2 / 3
 
 
 @dataclass(frozen=True)
-class Needed:
-    """What became of a choice of effects.
-
-    Args:
-        dropped: those that predictions do not need, and whole logs do not establish.
-        small: of the others, those without which no error that is judged is larger by a tenth.
-    """
-
-    dropped: tuple[Candidate, ...] = ()
-    small: tuple[Candidate, ...] = ()
-
-
-@dataclass(frozen=True)
 class Predicted:
     """Logs, each predicted by the fit of the others.
 
@@ -85,14 +72,13 @@ class Predicted:
         return whole, others
 
     def small(self) -> tuple[Candidate, ...]:
-        """Effects without which no error that is judged is larger by a tenth."""
-        return self.small_of(*self.without_each()) if self.horizons and self.selection.chosen else ()
-
-    def small_of(self, whole: Rung, others: Sequence[Rung]) -> tuple[Candidate, ...]:
-        """The same, by the errors with all effects and without each: as many of them as may be left out together.
+        """Effects without which no error that is judged is larger by a tenth, as many as may be left out together.
 
         Of two that stand for each other neither is missed alone.
         """
+        if not (self.horizons and self.selection.chosen):
+            return ()
+        whole, others = self.without_each()
         falls = zip(map(partial(_rise_without, whole), others), self.selection.chosen, strict=True)
         alone = [pair for pair in sorted(falls, key=lambda pair: pair[0]) if pair[0] < SETTINGS.worth_saying]
         small = tuple(candidate for _, candidate in alone)
@@ -130,9 +116,9 @@ class Predicted:
         return self.held_out.ladder(stages, self.horizons)
 
 
-def keep_needed(predicted: Predicted) -> Needed:
-    """Drop effects until predictions need, or whole logs establish, all of them."""
-    selection, before, small = predicted.selection, tuple(predicted.selection.chosen), tuple[Candidate, ...]()
+def keep_needed(predicted: Predicted) -> tuple[Candidate, ...]:
+    """Drop effects until predictions need, or whole logs establish, all of them; those that were dropped."""
+    selection, before = predicted.selection, predicted.selection.chosen
     while predicted.horizons and selection.chosen:
         whole, others = predicted.without_each()
         rises = {
@@ -143,11 +129,10 @@ def keep_needed(predicted: Predicted) -> Needed:
             and not attenuated(selection, candidate, selection.fit)
         }
         if not rises:
-            small = predicted.small_of(whole, others)
             break
         fewer = selection.without(selection.present, selection.chosen[min(rises, key=rises.__getitem__)])
         selection.put(fewer.chosen, fewer.fit)
-    return Needed(tuple(candidate for candidate in before if candidate not in selection.chosen), small)
+    return tuple(candidate for candidate in before if candidate not in selection.chosen)
 
 
 def _rise_without(whole: Rung, without: Rung) -> float:

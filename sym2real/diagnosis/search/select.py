@@ -71,6 +71,7 @@ class Selection:
         origin: parameter set without effects (null, or what calibration says of the base) ``# (P,)``.
         tested: number of hypotheses that had a chance.
         present: what is in, in order, with its fit.
+        small: of what is in, effects without which no error that is judged is larger by a tenth, once that is known.
         order: what is in by importance, once somebody has asked.
         known: every set that was fitted, by its best fit.
     """
@@ -80,6 +81,7 @@ class Selection:
     origin: Tensor
     tested: int = field(init=False)
     present: EffectSet = field(init=False)
+    small: tuple[Candidate, ...] = ()
     order: list[tuple[Candidate, Fit]] | None = None
     known: dict[frozenset[str], EffectSet] = field(default_factory=dict)
     _larger: dict[frozenset[str], list[EffectSet]] = field(default_factory=dict)
@@ -112,7 +114,7 @@ class Selection:
 
     def put(self, chosen: Sequence[Candidate], fit: Fit) -> None:
         """Make this the present state."""
-        self.present, self.order = self.set_of(chosen, fit), None
+        self.present, self.small, self.order = self.set_of(chosen, fit), (), None
 
     @property
     def chosen(self) -> list[Candidate]:

@@ -13,35 +13,37 @@ from collections.abc import Collection, Iterator, Sequence
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.search.intervals import none_within
 from sym2real.diagnosis.search.near import Near, Place, by_own_starts
-from sym2real.diagnosis.search.needed import Needed, Predicted, keep_needed
+from sym2real.diagnosis.search.needed import Predicted, keep_needed
 from sym2real.diagnosis.search.select import EffectSet, Selection
 
 
-def settle(predicted: Predicted) -> Needed:
+def settle(predicted: Predicted) -> tuple[Candidate, ...]:
     """Drop effects that predictions do not need, and those that the logs do not bear out, until all others stand.
+
+    Those that predictions do not need are returned.
 
     What is refuted beside some effects need not be beside others: a delay beside play gives way to a lag, and stands
     beside a gain. So a plainer set further away that costs no more takes the place of what stands if it stands, too.
     """
-    selection, needed = predicted.selection, _settled(predicted, predicted.selection.present)
+    selection, dropped = predicted.selection, _settled(predicted, predicted.selection.present)
     near = Near.of(selection).with_elsewhere()
     if (other := plainer_set(near, near.elsewhere)) is not None:
         instead = _settled(predicted, other)
         if plainer_set(near, [by_own_starts(selection, selection.present)]) is not None:
             return instead
         selection.put(near.present.chosen, near.present.fit)
-    return needed
+    return dropped
 
 
-def _settled(predicted: Predicted, more: EffectSet | None) -> Needed:
+def _settled(predicted: Predicted, more: EffectSet | None) -> tuple[Candidate, ...]:
     selection, dropped, seen = predicted.selection, tuple[Candidate, ...](), frozenset[str]()
     while more is not None:
         selection.put(more.chosen, more.fit)
         seen |= more.names
-        needed = keep_needed(predicted)
-        dropped, gone = dropped + needed.dropped, seen - selection.present.names
+        dropped += keep_needed(predicted)
+        gone = seen - selection.present.names
         more = predicted.needs_most(_asked_again(selection, gone)) or _instead(Near.of(selection), gone)
-    return Needed(dropped, needed.small)
+    return dropped
 
 
 def _asked_again(selection: Selection, gone: Collection[str]) -> list[EffectSet]:

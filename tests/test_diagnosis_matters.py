@@ -88,6 +88,15 @@ def test_a_load_and_damping_are_found_alike_with_a_simulator_and_without(robot: 
 
 
 @pytest.mark.slow
+def test_a_joint_may_brake_less_than_its_description_says_down_to_nothing(robot: Robot) -> None:
+    """Else gains and masses that are all too large by one factor would say so."""
+    found = diagnose(robot.nominal(), runs(robot, damping=0.0))
+    assert [finding.effect for finding in found.findings] == ["joint_damping:shoulder"], found.summary
+    assert found.findings[0].parameters["value"].value == pytest.approx(-0.05, abs=0.002)
+    assert found.verdict == "EFFECT"
+
+
+@pytest.mark.slow
 def test_a_cable_that_pulls_at_a_joint_is_no_damping(robot: Robot) -> None:
     found = diagnose(robot.nominal(), runs(robot, stiffness=0.6))
     assert [finding.effect for finding in found.findings] == ["joint_stiffness:elbow"], found.summary

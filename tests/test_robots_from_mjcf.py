@@ -330,7 +330,9 @@ def test_a_servo_with_a_gear_reaches_the_ends_of_its_joint() -> None:
     ("name", "key", "values"),
     [
         ("arm", "joint_damping:shoulder", {"value": 0.5}),
+        ("arm", "joint_damping:waist", {"value": -0.5}),  # less than its servo's own
         ("arm", "joint_stiffness:shoulder", {"value": 5.0}),
+        ("arm", "joint_stiffness:shoulder", {"value": -0.4}),
         ("arm", "armature:shoulder", {"value": 0.1}),
         ("arm", "link_mass:reach", {"value": 1.5}),
         ("arm", "link_mass:shoulder", {"value": 0.7}),

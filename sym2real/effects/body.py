@@ -63,8 +63,9 @@ class Body:
             ``centre`` (of mass, ahead of the rear axle), ``wheel_drive`` (N s/m), time constant of the speed loop
             ``speed_time`` (s); joint J: ``J_inertia`` (what
             a force along it moves, kg or kg m²), ``J_alone`` (the same while no other joint is held: the least),
-            ``J_braking`` (its damping and its servos', N s/m or N m s), ``J_strength`` (its actuators' largest force,
-            N or N m); action A of an MJCF, or as it goes in logs: ``A_range``, in its unit;
+            ``J_braking`` (its damping and its servos', N s/m or N m s), ``J_friction``, ``J_stiffness``
+            (its own by its description), ``J_strength`` (its actuators' largest force, N or N m); action A of an MJCF,
+            or as it goes in logs: ``A_range``, in its unit;
             rate A of a wheel that rolls: ``A_per_speed`` (rad/m), ``A_per_turn`` (rad per rad of heading).
         quantities: names that equations derive (thrust of four motors).
         column: that an effect is bound to, or "".

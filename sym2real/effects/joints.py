@@ -43,7 +43,7 @@ from sym2real.effects.kind import (
 )
 from sym2real.effects.searching import Searching
 from sym2real.effects.terms import multiplied, raised
-from sym2real.effects.wrench import ALONE, INERTIA, apply_joint_force, braked, inertia
+from sym2real.effects.wrench import ALONE, INERTIA, altered, inertia
 from sym2real.inertias import write_inertia
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.dry_friction import USUAL_DECELERATION, dry_friction
@@ -57,18 +57,28 @@ _of_joint = partial(Kind, robot="robot with joints", columns="joint")
 DECAY_IN_A_PERIOD = 1.4
 
 
+# What a description of a joint says of the effect itself, of which a robot may have less, down to nothing.
+BRAKING, FRICTION, STIFFNESS = "{column}_braking", "{column}_friction", "{column}_stiffness"
+
+
+def _added(body: Body, described: str, unit: str, high: float, scale: float) -> tuple[Parameter, ...]:
+    """What comes to that which a description has."""
+    low = -body.numbers.get(described.format(column=body.column), 0.0)
+    return (Parameter("value", unit, 0.0, low, high, scale, domain=Domain(low), low_is_likely=True),)
+
+
 def _joint_damping_parameters(body: Body) -> tuple[Parameter, ...]:
     unit = "N m s" if body.unit == "rad" else "N s/m"
     # One that brakes in 3 s; at most in a tenth of one, or as fast as equations in periods can follow, beside as much
     # again as brakes the joint by its description.
-    scale, described = inertia(body) / 3.0, body.numbers.get(f"{body.column}_braking", 0.0)
+    scale, described = inertia(body) / 3.0, body.numbers.get(BRAKING.format(column=body.column), 0.0)
     fast = DECAY_IN_A_PERIOD * body.numbers.get(ALONE.format(column=body.column), inertia(body)) / body.dt
-    return (Parameter("value", unit, null=0.0, low=0.0, high=max(30 * scale, fast) + described, scale=scale),)
+    return _added(body, BRAKING, unit, max(30 * scale, fast) + described, scale)
 
 
 def _joint_damping_substitute(equations: Equations, values: Values, body: Body) -> Equations:
     joint, damping = body.column, values["value"]
-    return braked(equations, body, quantity_of("damping", joint), damping, -damping * symbol(rate_column(joint)))
+    return altered(equations, body, "damping", damping, -damping * symbol(rate_column(joint)))
 
 
 def _joint_damping_brake(spec: Any, body: Body, values: Numbers) -> None:
@@ -96,26 +106,28 @@ JOINT_DAMPING = _of_joint(
 # Shares of the actuators' largest force. A model that sticks where the robot slides, or slides where it sticks,
 # predicts worse than one without friction: from beyond a third of the truth nothing leads there.
 STARTS = tuple(0.01 * 1.7**step for step in range(6))
+LESS = (0.5, 0.9)  # of a description's own friction
 
 
 def _joint_friction_parameters(body: Body) -> tuple[Parameter, ...]:
     scale = USUAL_DECELERATION * inertia(body)
     # A gear's may be large beside what a light link weighs, and not beside what drives it.
     most = max(30 * scale, body.numbers.get(f"{body.column}_strength", 0.0))
-    unit = "N m" if body.unit == "rad" else "N"
-    return (Parameter("value", unit, null=0.0, low=0.0, high=most, scale=scale),)
+    return _added(body, FRICTION, "N m" if body.unit == "rad" else "N", most, scale)
 
 
 def _starts(body: Body, _values: Array) -> tuple[float, ...]:
-    """A step from no friction finds a damping."""
-    strength = body.numbers.get(f"{body.column}_strength", 0.0)
-    return tuple(share * strength for share in STARTS if strength > 0)
+    """A step from no friction finds a damping; from all of what a description has, that it slides."""
+    numbers, column = body.numbers, body.column
+    strength, described = numbers.get(f"{column}_strength", 0.0), numbers.get(FRICTION.format(column=column), 0.0)
+    more = tuple(share * strength for share in STARTS if strength > 0)
+    return (*more, *(-share * described for share in LESS if described > 0))
 
 
 def _joint_friction_substitute(equations: Equations, values: Values, body: Body) -> Equations:
     joint, friction = body.column, values["value"]
     force = dry_friction(friction, symbol(rate_column(joint)), equations.dt, inertia(body))
-    return braked(equations, body, quantity_of("friction", joint), friction, force)
+    return altered(equations, body, "friction", friction, force)
 
 
 def _joint_friction_brake(spec: Any, body: Body, values: Numbers) -> None:
@@ -149,14 +161,17 @@ def _joint_stiffness_parameters(body: Body) -> tuple[Parameter, ...]:
     # One by which the joint swings at 1 rad/s; at most as fast as equations in periods can follow.
     lightest = body.numbers.get(ALONE.format(column=body.column), inertia(body))
     most = max(30 * inertia(body), lightest * (SWING_IN_A_PERIOD / body.dt) ** 2)
-    return (Parameter("value", unit, null=0.0, low=0.0, high=most, scale=inertia(body)),)
+    return _added(body, STIFFNESS, unit, most, inertia(body))
 
 
 def _joint_stiffness_substitute(equations: Equations, values: Values, body: Body) -> Equations:
-    """A force is held for a period: that of its middle, or what it comes too late by would count as damping -½ dt k."""
+    """A force is held for a period: that of its middle, or what it comes too late by would count as damping -½ dt k.
+
+    Equations that have a stiffness take more of it.
+    """
     middle = symbol(body.column) + equations.dt / 2 * symbol(rate_column(body.column))
     rest = body.numbers.get(f"{body.column}_rest", 0.0)
-    return apply_joint_force(equations, body, -values["value"] * (middle - rest))
+    return altered(equations, body, "stiffness", values["value"], -values["value"] * (middle - rest))
 
 
 def _pull(spec: Any, body: Body, values: Numbers) -> None:
@@ -256,7 +271,7 @@ SERVO_GAIN = _of_joint(
     stage="mass",
     parameters=of_any_body(Parameter("value", "1", null=1.0, low=0.1, high=2.0, scale=0.1, domain=POSITIVE)),
     formula=r"k_p \to s\,k_p,\quad k_v \to s\,k_v",
-    summary="The servo of a joint is stiffer or softer than its description says.",
+    summary="The servo of a joint is stiffer or softer than its description says, in what it holds: place or rate.",
     confused_with="an armature or a load in fast motion alone; a spring beside a gain of the command",
     shown_by="steps of the command, and postures that gravity loads",
     fix="set the servo's gain in the description (kp of a position actuator, kv of a velocity one)",

@@ -71,6 +71,7 @@ class Parameter:
         fitted: false where the motion hardly shows it, so that a fit had better leave it alone.
         domain: values that there can be, where ``low`` and ``high`` are what is likely.
         acts_alone: whether it does something while the effect's others are null.
+        low_is_likely: whether ``low`` itself is, as nothing of a friction that a description has.
     """
 
     name: str
@@ -83,6 +84,7 @@ class Parameter:
     fitted: bool = True
     domain: Domain = ANYTHING
     acts_alone: bool = True
+    low_is_likely: bool = False
 
 
 def of_any_body(*parameters: Parameter) -> Callable[[Body], tuple[Parameter, ...]]:

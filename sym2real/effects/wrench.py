@@ -17,7 +17,7 @@ from sym2real.errors import ModelError
 from sym2real.layout import Layout
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.expressions import names_in
-from sym2real.vocabulary import FORCE, STEER_COLUMN, push_column, rate_column
+from sym2real.vocabulary import FORCE, STEER_COLUMN, MechanicalQuantity, push_column, quantity_of, rate_column
 
 AXES = ("x", "y", "z")
 
@@ -137,9 +137,9 @@ def inertia(body: Body) -> float:
     return body.numbers.get(INERTIA.format(column=body.column), 1.0)
 
 
-def braked(equations: Equations, body: Body, quantity: str, value: Expr, force: Expr) -> Equations:
-    """The equations with more of what brakes the bound joint, or with its force along the joint where they lack it."""
-    if quantity in equations.quantities:
+def altered(equations: Equations, body: Body, kind: MechanicalQuantity, value: Expr, force: Expr) -> Equations:
+    """The equations with more of what the bound joint has, or with its force along the joint where they lack it."""
+    if (quantity := quantity_of(kind, body.column)) in equations.quantities:
         return raised(equations, quantity, value)
     return apply_joint_force(equations, body, force)
 

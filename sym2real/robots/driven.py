@@ -1,4 +1,4 @@
-"""What brakes and drives the joints of a compiled MJCF, by its dampers and actuators."""
+"""What brakes, holds and drives the joints of a compiled MJCF, by its dampers, springs and actuators."""
 
 from collections.abc import Sequence
 
@@ -11,11 +11,22 @@ from sym2real.trajectory import Array
 
 def braking(model: mujoco.MjModel) -> Array:
     """Damping of every degree of freedom with its servos' gains of the rate, N s/m or N m s ``# (nv,)``."""
-    damping: Array = np.array(model.dof_damping, dtype=np.float64)
+    return _with_servos(model, model.dof_damping, 2)
+
+
+def springing(model: mujoco.MjModel) -> Array:
+    """Stiffness of every degree of freedom with its servos' gains of the place, N/m or N m ``# (nv,)``."""
+    stiffness = np.zeros(model.nv)
+    stiffness[model.jnt_dofadr] = model.jnt_stiffness
+    return _with_servos(model, stiffness, 1)
+
+
+def _with_servos(model: mujoco.MjModel, own: Array, bias: int) -> Array:
+    whole: Array = np.array(own, dtype=np.float64)
     for index in np.flatnonzero(model.actuator_trntype == BY_JOINT):
         dof = model.jnt_dofadr[model.actuator_trnid[index, 0]]
-        damping[dof] -= model.actuator_biasprm[index, 2] * model.actuator_gear[index, 0] ** 2
-    return damping
+        whole[dof] -= model.actuator_biasprm[index, bias] * model.actuator_gear[index, 0] ** 2
+    return whole
 
 
 def strengths(model: mujoco.MjModel, actuators: Sequence[int], most: Array) -> dict[str, float]:

@@ -248,8 +248,8 @@ def _period(model: mujoco.MjModel, dt: float | None) -> float:
 
 
 def _joint_numbers(model: mujoco.MjModel, masses: Array) -> dict[str, float]:
-    """Of each joint what a force moves while all others are held, and while none is, what brakes it by the file, and
-    where its spring rests, if it has one.
+    """Of each joint what a force moves while all others are held, and while none is, what brakes it by the file, its
+    dry friction and stiffness, and where its spring rests, if it has one.
 
     Args:
         masses: ``# (nv, nv)``.
@@ -261,6 +261,8 @@ def _joint_numbers(model: mujoco.MjModel, masses: Array) -> dict[str, float]:
     numbers |= {f"{name}_alone": float(free[place]) for name, place in places.items()}
     brakes = braking(model)
     numbers |= {f"{name}_braking": float(brakes[place]) for name, place in places.items()}
+    numbers |= {f"{name}_friction": float(model.dof_frictionloss[place]) for name, place in places.items()}
+    numbers |= {f"{model.joint(joint).name}_stiffness": float(model.jnt_stiffness[joint]) for joint in single}
     sprung = (model.joint(joint) for joint in single if model.jnt_stiffness[joint])
     return numbers | {f"{joint.name}_rest": float(model.qpos_spring[joint.qposadr[0]]) for joint in sprung}
 

@@ -40,7 +40,7 @@ class Forces:
         force = np.array([symbol(push_column(joint)) for joint in joints], dtype=object)
         for number, link in enumerate(self.links):
             force[number] += -symbol(quantity_of("damping", link.joint)) * rate[number]
-            force[number] += -as_expression(link.stiffness) * (place[number] - as_expression(link.rest))
+            force[number] += -symbol(quantity_of("stiffness", link.joint)) * (place[number] - as_expression(link.rest))
         actuation = np.zeros(len(joints), dtype=int).astype(object)
         for index in range(self.model.nu):
             name = self.model.actuator(index).name

@@ -26,7 +26,8 @@ class Link:
         turns: whether it is a hinge.
         inertia: of the bodies that move with it, in the link's axes about its origin.
         zero: coordinate at which the bodies lie as the file places them (its ``ref``), rad or m.
-        armature, stiffness, rest: of the joint, SI units.
+        armature: of the joint, kg m² or kg.
+        rest: where its spring rests, rad or m.
         quantities: what equations hold of it by name, for effects to change: armature, damping, dry friction,
             its servo's gain.
     """
@@ -39,7 +40,6 @@ class Link:
     inertia: Inertia
     zero: float
     armature: float
-    stiffness: float
     rest: float
     quantities: Mapping[str, Expr]
 
@@ -90,12 +90,12 @@ def _link(model: mujoco.MjModel, joint: int, parent: int, fixed: Transform) -> L
         inertia=Inertia(0, nothing, exact(np.zeros((3, 3)))),
         zero=float(model.qpos0[model.jnt_qposadr[joint]]),
         armature=float(model.dof_armature[dof]),
-        stiffness=float(model.jnt_stiffness[joint]),
-        rest=float(model.qpos_spring[model.jnt_qposadr[joint]]),
+        rest=float(model.qpos_spring[model.jnt_qposadr[joint]]) if model.jnt_stiffness[joint] else 0.0,
         quantities={
             quantity_of("armature", name): as_expression(model.dof_armature[dof]),
             quantity_of("damping", name): as_expression(model.dof_damping[dof]),
             quantity_of("friction", name): as_expression(model.dof_frictionloss[dof]),
+            quantity_of("stiffness", name): as_expression(model.jnt_stiffness[joint]),
             **({quantity_of("servo_gain", name): Integer(1)} if name in columns.servos_of(model) else {}),
         },
     )

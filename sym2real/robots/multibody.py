@@ -16,7 +16,7 @@ Effects bind to these quantities: ``gravity_x``, ``gravity_y``, ``gravity_z`` (m
 """
 
 from collections.abc import Mapping, Sequence
-from math import ceil
+from math import ceil, sqrt
 
 import mujoco
 import numpy as np
@@ -26,7 +26,7 @@ from sym2real.errors import ModelError
 from sym2real.layout import Layouts
 from sym2real.robots import mjcf_columns as columns
 from sym2real.robots.covered import LEARN, against_tree
-from sym2real.robots.driven import braking
+from sym2real.robots.driven import braking, springing
 from sym2real.robots.joint_forces import Forces
 from sym2real.robots.joint_tree import Link, as_expression, links_of
 from sym2real.robots.runge_kutta import Build, fastest, parts_of, stepped
@@ -37,9 +37,10 @@ from sym2real.vocabulary import GRAVITY_COMPONENTS, quantity_of, rate_column
 
 # Every part has all of the equations once more.
 MOST_PARTS = 8
-# Dry friction stops a joint within half a part, so that it begins and ends sharply in parts this short, s; as far as
-# squares of the number of joints, by which equations grow, times parts stay within this.
-SHARP, SHORT = 0.005, 16
+# Dry friction stops a joint within half a part, so that it begins and ends sharply in parts this short, s; what swings
+# on a spring goes right to a thousandth in parts of so many rad. As far as squares of the number of joints, by which
+# equations grow, times parts stay within the last number.
+SHARP, SWING, SHORT = 0.005, 0.5, 16
 ROUNDING = 1e-9
 TOO_FAST = (
     "somewhere in the joints' ranges a joint is so light that it rests within a small part of a period: predictions "
@@ -70,10 +71,12 @@ def multibody(model: mujoco.MjModel, layouts: Layouts, actions: Mapping[str, str
             f"{' and '.join(reasons)}: {LEARN}"
         )
     links = links_of(model)
-    brakes = np.diag(braking(model))
-    start, *poses = (fastest(inertia, brakes) for inertia in columns.inertias_over_range(model))
+    brakes, springs = np.diag(braking(model)), np.diag(springing(model))
+    inertias = list(columns.inertias_over_range(model))
+    start, *poses = (fastest(inertia, brakes) for inertia in inertias)
+    swing = sqrt(max(0.0, *(fastest(inertia, springs) for inertia in inertias)))
     needed = parts_of(max(start, *poses), dt)
-    sharp = min(ceil(dt / SHARP - ROUNDING), MOST_PARTS, SHORT // len(links) ** 2)
+    sharp = min(ceil(max(dt / SHARP, swing * dt / SWING) - ROUNDING), MOST_PARTS, SHORT // len(links) ** 2)
     build = Build({}, dt, max(sharp, min(needed, max(MOST_PARTS, parts_of(start, dt)))))
     build.quantities |= {
         name: as_expression(value) for name, value in zip(GRAVITY_COMPONENTS, model.opt.gravity, strict=True)

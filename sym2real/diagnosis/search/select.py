@@ -253,9 +253,10 @@ class Selection:
         library = self.problems.problem.library
         slots = [slot for slot in candidate.slots if library.slots[slot].parameter.acts_alone]
         values, near = fit.values[slots], AT_BOUND * library.scale[slots]
-        ends = [(values - bound[slots]).abs() <= near for bound in library.bounds]
+        low, high = ((values - bound[slots]).abs() <= near for bound in library.bounds)
+        unlikely = torch.tensor([not library.slots[slot].parameter.low_is_likely for slot in slots], dtype=torch.bool)
         elsewhere = (values - library.null[slots]).abs() > near
-        return bool(((ends[0] | ends[1]) & elsewhere).any())
+        return bool(((low & unlikely | high) & elsewhere).any())
 
     def driven_to_bounds(self) -> list[str]:
         """Effects that would make the set surely cheaper, were they not at the end of what is likely."""

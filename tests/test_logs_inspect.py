@@ -259,6 +259,14 @@ def test_roll_pitch_and_yaw_beside_a_quaternion_are_rate_commands_where_rates_fo
     assert commands == ({"wx_cmd": "roll", "wy_cmd": "pitch", "wz_cmd": "yaw"} if what == "rates" else {})
 
 
+def test_a_rotation_of_four_parts_is_a_quaternion(flight: Flight, tmp_path: Path) -> None:
+    """Three of them are a vector of angles, beside Vicon's TX to TZ."""
+    rotation_of = dict(zip(("RW", "RX", "RY", "RZ"), flight.quaternion.T, strict=True))
+    columns = {"t": flight.time, **named("TX TY TZ", flight.position), **rotation_of, **named("wx wy wz", flight.rate)}
+    found = inspect_logs(save(tmp_path, columns))
+    assert found.spec.attitude.quaternion == ("RW", "RX", "RY", "RZ")
+
+
 def test_a_log_that_names_the_compass_is_north_east_down(flight: Flight, tmp_path: Path) -> None:
     columns = px4(flight)
     words = {".x": "north", ".y": "east", ".z": "down", ".vx": "v_n", ".vy": "v_e", ".vz": "v_d"}

@@ -26,7 +26,8 @@ XYZ = ("x", "y", "z")
 ROTATION = ("rx", "ry", "rz")  # Vicon's angles, beside tx, ty, tz
 LETTERS = {
     ("north", "east", "down"): XYZ, ("n", "e", "d"): XYZ, ("east", "north", "up"): XYZ, ("e", "n", "u"): XYZ,
-    ("u", "v", "w"): ("vx", "vy", "vz"), ("p", "q", "r"): ("wx", "wy", "wz"), ROTATION: EULER_ANGLES,
+    ("u", "v", "w"): ("vx", "vy", "vz"), ("p", "q", "r"): ("wx", "wy", "wz"),
+    (*ROTATION, "rw"): ("qx", "qy", "qz", "qw"), ROTATION: EULER_ANGLES,
 }  # fmt: skip
 LEVEL = dict.fromkeys((("east", "north"), ("easting", "northing"), ("e", "n")), XYZ[:2])
 

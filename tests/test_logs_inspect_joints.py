@@ -70,6 +70,17 @@ def test_a_column_goes_by_a_word_of_a_longer_name_where_one_name_alone_has_it() 
     assert "left slider" in both.open["slider"]
 
 
+def test_the_name_of_a_joint_says_no_quantity() -> None:
+    """A twist is a velocity elsewhere, and a motor commands."""
+    text = "".join(f'<body><joint name="{name}"/><geom size="1"/></body>' for name in ("motor", "twist"))
+    motor = '<actuator><motor name="torque" joint="motor" ctrlrange="-1 1"/></actuator>'
+    robot = Robot.from_mjcf(f"<mujoco><worldbody>{text}</worldbody>{motor}</mujoco>", name="axis")
+    found = match_own(["motor_angle", "twist_angle", "twist_rate", "torque"], robot.layouts, {"torque": "motor"}).pairs
+    assert {column: match.source for column, match in found.items()} == {
+        "motor": "motor_angle", "twist": "twist_angle", "twist_rate": "twist_rate", "torque": "torque",
+    }  # fmt: skip
+
+
 def test_a_command_of_equations_of_ones_own_may_be_called_after_any_quantity() -> None:
     layouts = Layouts(Layout.of(["x", "y", "sin_yaw", "cos_yaw", "vx", "vy", "wz"]), Layout.of(["steer", "accel"]))
     matching = match_own(["t", "steer_cmd", "accel_cmd", "imu_ax"], layouts, {})

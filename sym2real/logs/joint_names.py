@@ -85,7 +85,9 @@ class _Name:
     @property
     def quantity(self) -> str:
         kinds = (("other", OTHERS - self.mine), ("rate", RATE), ("force", FORCE), ("place", PLACE))
-        matching = (kind for kind, words in kinds if words.intersection(self.words))
+        # A joint's own name says none, and be it `twist` or `motor`.
+        beside = {*self.words}.difference(*(_Name(joint).words for joint in self.joints))
+        matching = (kind for kind, words in kinds if words & beside)
         # Beside a quantity, or commanded, an a counts axes (KUKA's A1, ax1); measured alone it is an acceleration.
         return next(matching, "other" if "a" in self.words and not self.wanted else "")
 

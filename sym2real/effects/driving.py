@@ -151,15 +151,12 @@ WHEEL_RADIUS = _of_wheels(
 )
 
 
-UNTURNED = np.array([1.0, 0.0, 0.0, 0.0])
-
-
 def _widen(spec: Any, body: Body, values: Numbers) -> None:
     """Wheels further from the robot's middle, on whatever bodies they are mounted."""
     plain = spec.copy().compile()
     for joint in body.joints:
         wheel, number = spec.joint(joint).parent, int(plain.jnt_bodyid[plain.joint(joint).id])
-        (_, y, _), axes = truth.placed(plain, int(plain.body_parentid[number]), plain.body_pos[number], UNTURNED)
+        (_, y, _), axes = truth.placed(plain, int(plain.body_parentid[number]), plain.body_pos[number], truth.UNTURNED)
         wheel.pos = wheel.pos + (values["value"] - 1.0) * y * axes[1]
 
 

@@ -21,6 +21,7 @@ from sym2real.vocabulary import MOTOR_COLUMNS
 FREE = 0  # mujoco.mjtJoint.mjJNT_FREE
 FILTER, FILTER_EXACT = 2, 3  # mujoco.mjtDyn: for integrators of higher order, and for those of first order
 RUNGE_KUTTA = 1  # mujoco.mjtIntegrator.mjINT_RK4
+UNTURNED = np.array([1.0, 0.0, 0.0, 0.0])
 
 
 def robot_in(model: Any) -> int:
@@ -33,10 +34,13 @@ def free_body(spec: Any) -> Any:
     return next(joint.parent for joint in spec.joints if int(joint.type) == FREE)
 
 
-def placed(model: Any, body: int, place: Array, quaternion: Array) -> tuple[Array, Array]:
-    """What is placed on any of the robot's bodies, in the robot's axes: place ``# (3,)`` and matrix ``# (3, 3)``."""
-    turn = Rotation.from_quat(np.roll(quaternion, -1))
-    while body != robot_in(model):
+def placed(model: Any, body: int, place: Array, quaternion: Array, onto: int | None = None) -> tuple[Array, Array]:
+    """What is placed on any of the robot's bodies, in the robot's axes: place ``# (3,)`` and matrix ``# (3, 3)``.
+
+    Or in those of another body, ``onto`` which it is fixed.
+    """
+    turn, root = Rotation.from_quat(np.roll(quaternion, -1)), robot_in(model) if onto is None else onto
+    while body != root:
         carried = Rotation.from_quat(np.roll(model.body_quat[body], -1))
         place, turn = model.body_pos[body] + carried.apply(place), carried * turn
         body = int(model.body_parentid[body])

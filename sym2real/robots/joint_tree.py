@@ -74,8 +74,7 @@ def links_of(model: mujoco.MjModel) -> list[Link]:
         carried[body] = (parent, here)
         if parent >= 0:
             link = links[parent]
-            times = symbol(quantity_of("link_mass", link.joint))
-            links[parent] = replace(link, inertia=link.inertia + _body_inertia(model, body, here, times))
+            links[parent] = replace(link, inertia=link.inertia + _body_inertia(model, body, here, link))
     return links
 
 
@@ -101,12 +100,15 @@ def _link(model: mujoco.MjModel, joint: int, parent: int, fixed: Transform) -> L
     )
 
 
-def _body_inertia(model: mujoco.MjModel, body: int, frame: Transform, times: Expr) -> Inertia:
-    """Of a body that is so many times heavier, and the loads at its sites, in the axes of the link that carries it."""
+def _body_inertia(model: mujoco.MjModel, body: int, frame: Transform, link: Link) -> Inertia:
+    """Of a body that is so many times heavier, so many times as far out, and the loads at its sites, in the axes of the
+    link that carries it.
+    """
+    times, further = symbol(quantity_of("link_mass", link.joint)), symbol(quantity_of("link_centre", link.joint))
     to_link = np.array(frame.turn.T, dtype=object)
     principal = _matrix(model.body_iquat[body])
     about_centre = exact(principal @ np.diag(model.body_inertia[body]) @ principal.T)
-    centre = frame.place + to_link @ exact(model.body_ipos[body])
+    centre = (further if link.turns else 1) * (frame.place + to_link @ exact(model.body_ipos[body]))
     described = Inertia.of_body(as_expression(model.body_mass[body]), centre, to_link @ about_centre @ to_link.T)
     whole = Inertia(times * described.mass, times * described.moment, times * described.about_origin)
     for site in columns.loaded_sites(model):

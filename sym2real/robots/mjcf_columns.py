@@ -122,10 +122,17 @@ def inputs_of(model: mujoco.MjModel) -> Layout:
 def quantities_of(model: mujoco.MjModel) -> tuple[str, ...]:
     """Names of what effects may change in equations from the file: gravity, what joints have, loads at sites."""
     joints = [name for name, kind in zip(names_of(model, "joint"), model.jnt_type, strict=True) if kind != FREE]
+    centres = (quantity_of("link_centre", joint) for joint in joints if model.joint(joint).type == HINGE)
     loads = [quantity_of("load", model.site(site).name) for site in loaded_sites(model)]
     kinds: tuple[MechanicalQuantity, ...] = ("armature", "damping", "friction", "stiffness", "link_mass")
     servos = (quantity_of("servo_gain", joint) for joint in servos_of(model))
-    return (*GRAVITY_COMPONENTS, *(quantity_of(kind, name) for kind in kinds for name in joints), *servos, *loads)
+    return (
+        *GRAVITY_COMPONENTS,
+        *(quantity_of(kind, name) for kind in kinds for name in joints),
+        *centres,
+        *servos,
+        *loads,
+    )
 
 
 def servos_of(model: mujoco.MjModel) -> tuple[str, ...]:

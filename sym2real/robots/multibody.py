@@ -10,9 +10,10 @@ fastest, in whatever pose, actions and forces held: local error fifth order; of 
 milliseconds, because dry friction takes half a part to stop them. Every lengthy intermediate result has a name.
 
 Effects bind to these quantities: ``gravity_x``, ``gravity_y``, ``gravity_z`` (m/s², world axes); of joint J
-``armature_J`` (kg or kg m², inertia that turns with its motor), ``damping_J`` and ``friction_J`` (dry, N or N m), and
-``link_mass_J`` (times the mass that the description gives its link), ``servo_gain_J`` (times its servo's gain); and
-``load_S`` (kg, a point mass at site S).
+``armature_J`` (kg or kg m², inertia that turns with its motor), ``damping_J``, ``friction_J`` (dry, N or N m),
+``stiffness_J``, ``link_mass_J`` (times the mass that the description gives its link), ``link_centre_J`` (times how far
+its centre of mass lies from a hinge), ``servo_gain_J`` (times its servo's gain); and ``load_S`` (kg, a point mass at
+site S).
 """
 
 from collections.abc import Mapping, Sequence
@@ -33,7 +34,7 @@ from sym2real.robots.runge_kutta import Build, fastest, parts_of, stepped
 from sym2real.robots.spatial import Force, Inertia, Motion, Transform, Values, along, force_cross, motion_cross
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.expressions import names_in
-from sym2real.vocabulary import GRAVITY_COMPONENTS, quantity_of, rate_column
+from sym2real.vocabulary import GRAVITY_COMPONENTS, MechanicalQuantity, quantity_of, rate_column
 
 # Every part has all of the equations once more.
 MOST_PARTS = 8
@@ -83,7 +84,8 @@ def multibody(model: mujoco.MjModel, layouts: Layouts, actions: Mapping[str, str
     }
     for link in links:
         build.quantities |= link.quantities
-        build.quantities |= {quantity_of("link_mass", link.joint): Integer(1)} if link.inertia.mass else {}
+        kinds: tuple[MechanicalQuantity, ...] = ("link_mass", "link_centre") if link.turns else ("link_mass",)
+        build.quantities |= {quantity_of(kind, link.joint): Integer(1) for kind in kinds if link.inertia.mass}
     build.quantities |= {quantity_of("load", model.site(site).name): Integer(0) for site in columns.loaded_sites(model)}
     alone = [1.0 / float(model.dof_invweight0[model.joint(link.joint).dofadr[0]]) for link in links]
     forces = Forces(model, links, actions, build.part, alone)

@@ -66,14 +66,13 @@ def with_advice(
         plant: the plain simulator; None where nothing can be simulated, as of a robot that follows no path.
     """
     testable = {finding.effect: _testable(finding, equations) for finding in findings}
+    unflown = [replace(own, separate_by=_unflown(own, testable[own.effect], equations)) for own in findings]
     if plant is None or not follows_paths(plant.robot) or not any(testable.values()):
-        return tuple(
-            replace(finding, separate_by=_unflown(finding, testable[finding.effect], equations)) for finding in findings
-        )
+        return tuple(unflown)
     keys = dict.fromkeys(key for name, others in testable.items() if others for key in (name, *others))
     library = Library.of(equations, [effect(key, equations) for key in keys])
     flown, result = cache(partial(_flown, plant)), []
-    for finding in findings:
+    for finding, plain in zip(findings, unflown, strict=True):
         outcomes, others = list[_Outcome](), testable[finding.effect]
         for trial in _made_for((finding.effect, *others), plant, equations) if others else ():
             if (data := flown(trial)) is None:
@@ -81,8 +80,7 @@ def with_advice(
             outcomes.append(_outcome(finding, others, library, whitening, (trial, data)))
             if outcomes[-1].left > 1.0 and max(outcomes[-1].explained.values()) < SETTINGS.clear:
                 break
-        advised = _advice(finding, outcomes, equations) if outcomes else _unflown(finding, others, equations)
-        result.append(replace(finding, separate_by=advised))
+        result.append(replace(plain, separate_by=_advice(finding, outcomes, equations)) if outcomes else plain)
     return tuple(result)
 
 

@@ -15,7 +15,7 @@ from standard_set import DRIVES, FLIGHTS
 
 from sym2real.cli import main
 from sym2real.diagnosis import Plan, plan
-from sym2real.diagnosis.design.alike import Changes
+from sym2real.diagnosis.design.visible import Changes
 from sym2real.diagnosis.estimate.fit import Hypothesis, Problems
 from sym2real.diagnosis.estimate.whitening import Spread
 from sym2real.diagnosis.predict.candidate import candidates, library_for

@@ -8,7 +8,7 @@ from trim. Near zero λ = β²F with the sensitivity matrix F = JᵀC⁻¹J; eff
 dead bands) are evaluated at rising sizes instead, and forces that swing by the test that finds them among all
 frequencies.
 
-Two effects cannot be distinguished where one's residuals are the other's (see ``alike.py``).
+Two effects cannot be distinguished where one's residuals are the other's (see ``visible.py``).
 """
 
 from collections.abc import Collection, Sequence
@@ -22,8 +22,7 @@ from torch import Tensor
 
 from sym2real.dataset import Logs
 from sym2real.diagnosis.data.preparation import long_enough
-from sym2real.diagnosis.design.alike import Changes, Others
-from sym2real.diagnosis.design.visible import AssumedNoise, Plan, Predictions, Visible
+from sym2real.diagnosis.design.visible import AssumedNoise, Changes, Others, Plan, Predictions, Visible
 from sym2real.diagnosis.errors.floor import SensorNoise
 from sym2real.diagnosis.estimate.fit import Hypothesis, Problems
 from sym2real.diagnosis.estimate.preparation import whiten

@@ -62,23 +62,21 @@ def window_errors(model: Equations | DynamicsModel, data: Logs) -> WindowErrors:
     predictor, dataset = prepared(model, long_enough(data, model))
     longest = max(len(trajectory) for trajectory in dataset) - ROWS
     steps = max(1, min(round(HORIZON / dataset.dt), longest))
-    layout, parts = dataset.layouts.state, []
+    layout, parts, means = dataset.layouts.state, [], []
     for index, trajectory in enumerate(dataset):
-        if len(trajectory) < ROWS + steps:
-            continue
-        windows = predict_windows(predictor, trajectory, steps)
-        tangent = layout.difference(windows.predicted[:, -1], windows.measured[:, -1]).nan_to_num(LARGEST).numpy()
-        means = {name: over_windows(values, windows.rows, steps) for name, values in features(trajectory).items()}
-        parts.append((index, trajectory, windows.rows, tangent, means))
-    common = set.intersection(*(set(means) for *_, means in parts))
-    log = np.concatenate([np.full(len(rows), index) for index, _, rows, _, _ in parts])
-    start = np.concatenate([trajectory.time[rows] - trajectory.time[0] for _, trajectory, rows, _, _ in parts])
-    tangents = np.concatenate([tangent for *_, tangent, _ in parts])
+        if len(trajectory) >= ROWS + steps:
+            windows = predict_windows(predictor, trajectory, steps)
+            rows, off = windows.rows, layout.difference(windows.predicted[:, -1], windows.measured[:, -1])
+            since = trajectory.time[rows] - trajectory.time[0]
+            parts.append((np.full(len(rows), index), since, off.nan_to_num(LARGEST).numpy()))
+            means.append({name: over_windows(values, rows, steps) for name, values in features(trajectory).items()})
+    log, start, tangents = (np.concatenate(part) for part in zip(*parts, strict=True))
+    common = set.intersection(*map(set, means))
     channels, units = named_channels(layout), units_of(layout)
     return WindowErrors(
         errors={name: np.linalg.norm(tangents[:, places], axis=1) for name, places in channels.items()},
         floor={name: _noise(dataset, places) for name, places in channels.items()},
-        features={name: np.concatenate([means[name] for *_, means in parts]) for name in units if name in common},
+        features={name: np.concatenate([own[name] for own in means]) for name in units if name in common},
         log=log,
         group=log if len(parts) > 1 else (start / BLOCK).astype(np.int64),
         start=start,

@@ -26,6 +26,7 @@ from sym2real.vocabulary import ATTITUDE, EULER_ANGLES, HEADING, POSITION, RATE_
 TILTED = ("level velocity", "attitude about x", "attitude about y")  # what roll and pitch change
 SHIFTS = range(2, SHIFTED + 1)  # rows; honest sensors are up to one behind, and none reports what is still to come
 PLACE_SHIFTS = (*range(2, 13), 14, 16, 18, 20, 23, 26)  # a receiver's are tenths of a second
+Vectors = Sequence[tuple[str, ...]]  # columns of vectors whose components are exchanged alike
 
 
 def transformations(data: Dataset, balance: Balance) -> Iterator[Transformation]:
@@ -114,7 +115,7 @@ def _of_attitudes(data: Dataset, balance: Balance) -> Iterator[OfAttitude]:
                 yield OfAttitude(order.columns, order.sources, order.signs, quaternion)
 
 
-def _swapped(vectors: Sequence[tuple[str, ...]]) -> Iterator[Exchanged]:
+def _swapped(vectors: Vectors) -> Iterator[Exchanged]:
     """Two components in each other's place, in several vectors alike."""
     for pairs in zip(*(combinations(vector, 2) for vector in vectors), strict=True):
         yield _in_order(pairs, (1, 0), (1, 1))
@@ -126,9 +127,7 @@ def _alike(balance: Balance, columns: Sequence[str]) -> Array:
     return np.asarray(np.nan_to_num(np.corrcoef(measured.T, predicted.T)[: len(columns), len(columns) :]))
 
 
-def _exchanged(
-    balance: Balance, field: str, vectors: Sequence[tuple[str, ...]], *, of_measured: bool
-) -> Iterator[Exchanged]:
+def _exchanged(balance: Balance, field: str, vectors: Vectors, *, of_measured: bool) -> Iterator[Exchanged]:
     """The order and signs of a vector's components by which a field's two changes have most in common."""
     measured, predicted = balance.of_field(field)
     if len(vectors[0]) < 3:
@@ -146,7 +145,7 @@ def _followed(data: Dataset, rates: Sequence[str], commands: Sequence[str]) -> A
     return np.asarray(centred[0].T @ centred[1])
 
 
-def _in_common(common: Array, vectors: Sequence[tuple[str, ...]]) -> Iterator[Exchanged]:
+def _in_common(common: Array, vectors: Vectors) -> Iterator[Exchanged]:
     """The exchange by which most is in common; ``common`` is of what a column holds and what it may mean."""
     common = np.nan_to_num(common)  # of a model that predicts no number
     rows, places = linear_sum_assignment(np.abs(common), maximize=True)
@@ -155,7 +154,7 @@ def _in_common(common: Array, vectors: Sequence[tuple[str, ...]]) -> Iterator[Ex
         yield _in_order(vectors, places.tolist(), signs.tolist())
 
 
-def _orders(vectors: Sequence[tuple[str, ...]]) -> Iterator[Exchanged]:
+def _orders(vectors: Vectors) -> Iterator[Exchanged]:
     """Every order and all signs of components, the same in several vectors, but for the right ones."""
     size = len(vectors[0])
     for order in permutations(range(size)):
@@ -164,7 +163,7 @@ def _orders(vectors: Sequence[tuple[str, ...]]) -> Iterator[Exchanged]:
                 yield _in_order(vectors, order, signs)
 
 
-def _in_order(vectors: Sequence[tuple[str, ...]], order: Sequence[int], signs: Sequence[int]) -> Exchanged:
+def _in_order(vectors: Vectors, order: Sequence[int], signs: Sequence[int]) -> Exchanged:
     """Components that hold those in another order, with these signs, the same in several vectors."""
     columns = tuple(name for vector in vectors for name in vector)
     sources = tuple(vector[place] for vector in vectors for place in order)

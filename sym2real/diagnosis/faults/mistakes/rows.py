@@ -28,6 +28,8 @@ from sym2real.logs.standing import Rows, stretches
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Array, Trajectory
 
+Jumps = list[NDArray[np.int64]]  # rows of each log to which a value jumps
+
 
 @dataclass(frozen=True, eq=False)
 class BadRows:
@@ -151,12 +153,10 @@ def _jumping(data: Dataset, columns: tuple[str, ...], model: Equations | None) -
     usual = [median_filter(change, (5, 1), mode="nearest") for change in changes]
     sizes = [np.linalg.norm(change - around, axis=1) for change, around in zip(changes, usual, strict=True)]
     every = np.concatenate(sizes)
-    least = max(
-        SETTINGS.unheard_of * MAD_TO_SIGMA * float(np.median(every)),
-        SETTINGS.jump_beyond * float(np.percentile(every, 95)),
-    )
+    unheard_of = SETTINGS.unheard_of * MAD_TO_SIGMA * float(np.median(every))
+    beyond = SETTINGS.jump_beyond * float(np.percentile(every, 95))
     stays = columns[0] in layout.rates or layout.units[columns[0]] == "m"
-    least = max(least, SETTINGS.jump_metres) if stays else least
+    least = max(unheard_of, beyond, SETTINGS.jump_metres * stays)
     moving = [np.linalg.norm(around, axis=1) for around in usual]
     jumps = [np.flatnonzero(size > np.maximum(least, move)) + 1 for size, move in zip(sizes, moving, strict=True)]
     jumps = _unpredicted(model, data, columns, jumps)
@@ -167,9 +167,7 @@ def _jumping(data: Dataset, columns: tuple[str, ...], model: Equations | None) -
     return BadRows("jump", columns, rows, cuts)
 
 
-def _unpredicted(
-    model: Equations | None, data: Dataset, columns: tuple[str, ...], jumps: list[NDArray[np.int64]]
-) -> list[NDArray[np.int64]]:
+def _unpredicted(model: Equations | None, data: Dataset, columns: tuple[str, ...], jumps: Jumps) -> Jumps:
     """Rows of each log to which values jump and back, without those where a model's step from before is most of it."""
     stepping = from_row_to_row(model, data) if model is not None and any(map(len, jumps)) else None
     if stepping is None:

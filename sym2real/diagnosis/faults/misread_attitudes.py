@@ -63,11 +63,10 @@ class OfAttitude(Exchanged):
         return with_angles(log, angles.numpy(), self.quaternion)
 
 
+TURN_BACK = 'log quaternions from body to world, or say direction = "world_to_body" under [attitude] (or leave it out)'
 FROM_WORLD = Misread(
     "the attitude turned the other way (quaternions from world to body)",
-    lambda _: (
-        'log quaternions from body to world, or say direction = "world_to_body" under [attitude] (or leave it out)'
-    ),
+    lambda _: TURN_BACK,
     lambda log: log.with_columns(dict(zip(QUATERNION, rotation.conjugate(attitude(log)).numpy().T, strict=True))),
 )
 SHIFTED = Exchanged(QUATERNION, (*QUATERNION[1:], QUATERNION[0]), (1, 1, 1, 1))

@@ -38,8 +38,7 @@ def order_of_motors(model: Equations, data: Dataset) -> MotorOrder | None:
 
 
 def _turning(predict: VisibleModel, log: Trajectory) -> Turning:
-    layout = log.layouts.state
-    rates = log.state[:, layout.indices(RATES)]
+    rates = log.state[:, log.layouts.state.indices(RATES)]
     return Turning(log.time, rates, _air(log), np.stack([_caused(predict, log, order) for order in ORDERS]))
 
 

@@ -67,9 +67,8 @@ def sensors_of(model: Equations | None, data: Dataset) -> Settled:
             evidence = EVIDENCE[kind].format(value, 1e3 * value, half, column=reading.column, other=reading.of)
             known = {"number": read.scale(1.0 / value), "ms": 1e3 * value}
             loop = IN_A_LOOP if reading.column in RATES and data.layouts.state.has_field(ATTITUDE.name) else ""
-            mend = MENDED[kind].format(read.column(reading.column), **known, loop=loop)
+            fix = EFFECTS[kind].fix + MENDED[kind].format(read.column(reading.column), **known, loop=loop)
             effect = "" if isinstance(reading, OfWheel) else f"{kind}:{reading.column}"
-            fix = f"{EFFECTS[kind].fix}{mend}"
             faults.append(Fault(effect, evidence, fix, value, bool(effect) and kind in OF_SENSORS))
     return faults, data
 

@@ -145,12 +145,10 @@ def _reading(signals: Sequence[Signals], column: str, of: str, honest: float, no
     levels = [noise_level(values[:, None]) for _, values, _ in signals] if noisy else [np.zeros(1)]
     noise = float(np.median(levels) * dt * np.sqrt(length))
     of_angle = float(np.median([noise_level(np.cumsum(change)[:, None]) for _, _, change in signals]))
-    moved = _shift(tables, dt, honest, noise**2 + 2.0 * of_angle**2)
-    if moved is None:
+    if (moved := _shift(tables, dt, honest, noise**2 + 2.0 * of_angle**2)) is None:
         return None
     rows, shift = moved
-    scale_and_bias = _scale_and_bias(tables[rows], noise)
-    if scale_and_bias is None:
+    if (scale_and_bias := _scale_and_bias(tables[rows], noise)) is None:
         return None
     together = float(np.corrcoef(tables[rows][:, 0], tables[rows][:, 1])[0, 1])
     return Reading(column, POSITION.name if of in POSITION.columns else of, *scale_and_bias, shift, together)

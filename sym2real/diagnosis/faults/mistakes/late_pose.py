@@ -71,8 +71,7 @@ def _answers(commanded: Sequence[Array], measured: Sequence[Array]) -> Array:
     """What every row sees of the answer to a change, by rows since then ``# (ANSWERING,)``."""
     windows = [sliding_window_view(np.diff(own), ANSWERING)[:, ::-1] for own in commanded]
     changes = [np.diff(own)[ANSWERING - 1 :] for own in measured]
-    found: Array = np.linalg.lstsq(np.concatenate(windows), np.concatenate(changes), rcond=None)[0]
-    return found
+    return np.asarray(np.linalg.lstsq(np.concatenate(windows), np.concatenate(changes), rcond=None)[0])
 
 
 def _by_common_clock(lates: Sequence[tuple[Late, str]]) -> list[Breach]:

@@ -102,9 +102,9 @@ def counted_otherwise(read: AsRead, sense: float, zero: float) -> str:
     """What to change where a heading turns the other way (a sense of -1), or counts from elsewhere (rad)."""
     own, zero = read.column(HEADING.columns[0]) if read.sources else "its column", round(zero, 2)
     change = [f"change the sign of yaw: flip {own}"] * (sense < 0.0)
-    change += [
-        f"give {'it' if change else own} a zero of {read.sign(HEADING.columns[0]) * zero:.2f} rad (in its unit)"
-    ] * bool(zero)
+    if zero:
+        meant = read.sign(HEADING.columns[0]) * zero
+        change.append(f"give {'it' if change else own} a zero of {meant:.2f} rad (in its unit)")
     return f"{' and '.join(change)} in the log's specification"
 
 

@@ -189,8 +189,8 @@ def with_details(
         of = library.effects.get(finding.effect)
         settled = chosen | (known if of is not None and of.searching.swings else {})
         group = tuple(dict.fromkeys(library.key(name) for name in finding.group))
-        named = replace(finding, effect=library.key(finding.effect), group=group)
-        result.append(replace(named, parameters=settled | finding.parameters))
+        parameters = settled | finding.parameters
+        result.append(replace(finding, effect=library.key(finding.effect), group=group, parameters=parameters))
     return tuple(result)
 
 

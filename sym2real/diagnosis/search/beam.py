@@ -59,10 +59,8 @@ class SearchResult:
     @property
     def notes(self) -> tuple[str, ...]:
         """Remarks on the data and the method, and effects that were not taken though the logs ask for them."""
-        not_taken = {
-            UNNEEDED: [candidate.name for candidate in self.dropped],
-            TOO_LARGE: self.selection.driven_to_bounds(),
-        }
+        dropped = [candidate.name for candidate in self.dropped]
+        not_taken = {UNNEEDED: dropped, TOO_LARGE: self.selection.driven_to_bounds()}
         lines = (f"{why}: {', '.join(names)}" for why, names in not_taken.items() if names)
         return (*self.prepared.notes, *lines)
 

@@ -90,9 +90,8 @@ class Fit:
     def part(self, slots: Sequence[int]) -> Fit:
         """The same with some of the free parameters only, and the nuisance."""
         index = [*self.places(slots), *range(len(self.free), len(self.whole))]
-        return replace(
-            self, free=tuple(slots), gradient=self.gradient[:, index], curvature=self.curvature[:, index][:, :, index]
-        )
+        gradient, curvature = self.gradient[:, index], self.curvature[:, index][:, :, index]
+        return replace(self, free=tuple(slots), gradient=gradient, curvature=curvature)
 
     def without(self, slots: Sequence[int], step: Tensor) -> Fit:
         """The same with some of the free parameters moved by a step ``# (len(slots),)`` and no longer free."""

@@ -227,11 +227,10 @@ def chance_of(away: Tensor, spread: Tensor, count: int) -> float:
         spread: their covariance by clusters ``# (A, A)``.
         count: number of clusters.
     """
-    size = len(away)
-    if count <= size + 1:
+    size, freedom = len(away), count - len(away)
+    if freedom <= 1:
         return 1.0
     squared = float(away @ inverse_of(spread) @ away)
-    freedom = count - size
     return float(stats.f.sf(squared * freedom / (size * (count - 1)), size, freedom))
 
 

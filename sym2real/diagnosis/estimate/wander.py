@@ -45,5 +45,4 @@ class Wander:
         scale = variances.rsqrt()[..., None]
         parts = parts * scale if back else parts
         turned = ((modes if back else modes.T) @ parts.flatten(2)).reshape(parts.shape)
-        white: Tensor = (turned if back else turned * scale).flatten(1, 2)
-        return white
+        return torch.flatten(turned if back else turned * scale, 1, 2)

@@ -125,5 +125,4 @@ def column_values(equations: Equations, name: str, trajectory: Trajectory) -> Ar
     expression = spelled_out(equations, equations.quantities[name])
     columns = sorted(names_in(expression))
     rows = torch.as_tensor(np.stack([trajectory.column(column) for column in columns], axis=1))
-    derived: Array = compile_function([expression], [columns])(rows)[:, 0].numpy()
-    return derived
+    return np.asarray(compile_function([expression], [columns])(rows)[:, 0])

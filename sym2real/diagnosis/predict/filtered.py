@@ -43,8 +43,7 @@ class FilteredCommands:
         return self._of_rows(torch.stack([self._filtered[name] for name in names])), which
 
     def _of_rows(self, commands: Tensor) -> Tensor:
-        rows: Tensor = commands.unflatten(2, (-1, self._parts)).flatten(-2)
-        return rows
+        return commands.reshape(*commands.shape[:2], -1, self._parts * commands.shape[-1])
 
     def _filter(self, unique: Tensor) -> Tensor:
         """All commands ``# (U, logs, T * parts, m)`` through filters of these values ``# (U, filter slots)``."""

@@ -180,8 +180,7 @@ class Problem:
         return start
 
     def _measured(self, states: Tensor, parameters: Tensor) -> Tensor:
-        output = output_of(self.library.form)
-        if output is None:
+        if (output := output_of(self.library.form)) is None:
             return states
         given = [states, parameters.expand(*states.shape[:-1], -1)] if parameters.shape[-1] else [states]
         measured: Tensor = output(*given)

@@ -38,6 +38,7 @@ from sym2real.symbolic import Equations
 from sym2real.threads import one_thread
 
 Values = Mapping[str, float]
+Judged = Mapping[str, Sequence[Alternative]]  # by effect of a hypothesis, others in its place
 MOST_ALTERNATIVES = 5
 
 
@@ -140,7 +141,7 @@ def try_effect(
 
 def _judged(
     prepared: Prepared, keys: Sequence[str], selection: Selection, on_progress: OnProgress
-) -> tuple[dict[str, Any], Mapping[str, Sequence[Alternative]]]:
+) -> tuple[dict[str, Any], Judged]:
     """What an answer says of a hypothesis, and by effect that is supported what others bring in its place."""
     near = Near(selection, (), by_own_starts(selection, selection.present))
     without = {own.name: selection.without(selection.present, own) for own in selection.chosen}
@@ -221,9 +222,7 @@ def _alternatives(near: Near, own: Candidate, without: EffectSet, sets: Sequence
     return tuple(alternatives)
 
 
-def _findings(
-    selection: Selection, alternatives: Mapping[str, Iterable[Alternative]], calibration: Calibration | None
-) -> list[Finding]:
+def _findings(selection: Selection, alternatives: Judged, calibration: Calibration | None) -> list[Finding]:
     groups, equations = {}, selection.problems.library.equations
     for own in selection.chosen:
         alike = (other.effect for other in alternatives[own.name] if other.as_good)

@@ -42,8 +42,9 @@ class Channel:
 def channels_of(problem: Problem, spread: Spread, fit: Fit) -> list[Channel]:
     """Disturbances, those in the robot's axes, measurements that may be off, and parameters that were found."""
     names, library = spread.names, problem.library
-    sizes = dict(zip(names, spread.sizes.tolist(), strict=True))
-    channels = [Channel(n, unit_of(problem, n), "disturbance", sizes[n], (k,)) for k, n in enumerate(names)]
+    layouts, sizes = library.equations.layouts, dict(zip(names, spread.sizes.tolist(), strict=True))
+    units = {n: unit_for(library.equations, (layouts.action.units | layouts.inputs.units)[n]) for n in names}
+    channels = [Channel(n, units[n], "disturbance", sizes[n], (k,)) for k, n in enumerate(names)]
     level = [channel for channel in channels if channel.name in FORCE.columns[:2]]
     if len(level) > 1 and _turns(problem):
         both = tuple(place for channel in level for place in channel.places)
@@ -62,12 +63,6 @@ def _turns(problem: Problem) -> bool:
     """Whether the robot points elsewhere in the course of the logs: else its axes are the world's, turned once."""
     ahead = ahead_of(problem)
     return ahead is not None and float(ahead.mean((0, 1)).norm()) < 1.0 - SETTINGS.negligible
-
-
-def unit_of(problem: Problem, name: str) -> str:
-    """Unit of a disturbance."""
-    equations, layouts = problem.library.equations, problem.library.equations.layouts
-    return unit_for(equations, (layouts.inputs if name in layouts.inputs else layouts.action).units[name])
 
 
 def offsets_of(problem: Problem) -> Iterator[tuple[str, str, int]]:

@@ -22,6 +22,7 @@ from sym2real.effects import applicable, effect
 from sym2real.effects.bound import NO_COLUMN
 from sym2real.effects.searching import SETTLED
 from sym2real.logs import read_logs
+from sym2real.report.diagnosis import untested_lines
 from sym2real.report.plan import plan_report
 from sym2real.robots import Robot
 from sym2real.symbolic import compile_model, rollout, save_model
@@ -57,6 +58,8 @@ def test_a_printed_diagnosis_has_values_with_intervals_and_what_it_cannot_tell(f
     assert SETTLED not in " ".join(text.split())
     assert "\x1b" not in text
     assert "\n" not in repr(found)
+    (line,) = untested_lines(found, Path("page.html"))  # where reasons stand on a page, names will do
+    assert line.startswith("not tested (page.html says why): ") and not any(reason in line for reason in told)
 
 
 def test_a_hypothesis_that_another_effect_explains_away_is_not_supported(logs: Dataset) -> None:

@@ -43,7 +43,7 @@ class Diagnose(OfFit):
         from sym2real.cli.model import equations_below, folder_of, require_another_folder
         from sym2real.cli.output import title_of, write_report
         from sym2real.cli.progress import stages_progress
-        from sym2real.cli.results import plain_simulator, write_diagnosis
+        from sym2real.cli.results import PAGE, plain_simulator, write_diagnosis
         from sym2real.diagnosis import data_report, diagnose
         from sym2real.effects.catalogue import require_patterns
         from sym2real.report.diagnosis import diagnosis_report, term_command
@@ -69,7 +69,8 @@ class Diagnose(OfFit):
                 finish_on_interrupt=True,
             )
         diagnosis = replace(diagnosis, notes=(*about_model, *diagnosis.notes))
-        console.print(diagnosis_report(diagnosis, [*about_data, *about_model]))
+        page_at = self.out / PAGE if self.out else self.report
+        console.print(diagnosis_report(diagnosis, [*about_data, *about_model], page_at))
         if diagnosis.proposal is not None:
             console.print("to try what is proposed:")
             console.print(term_command(diagnosis.proposal, self.model), markup=False, soft_wrap=True)

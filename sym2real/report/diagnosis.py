@@ -3,6 +3,7 @@
 import shlex
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from itertools import groupby
+from pathlib import Path
 
 from rich.console import Group, RenderableType
 from rich.markup import escape
@@ -26,12 +27,15 @@ OTHER_FORM = "An effect stands for more than itself: its form, or another effect
 NO_BETTER_THAN_HOLD = "no model predicts these logs better than that nothing changes, so tests over whole logs decide"
 
 
-def diagnosis_report(diagnosis: Diagnosis, shown_before: Collection[str] = ()) -> RenderableType:
+def diagnosis_report(
+    diagnosis: Diagnosis, shown_before: Collection[str] = (), page: Path | None = None
+) -> RenderableType:
     """Everything a person reads of a diagnosis.
 
     Args:
         diagnosis: what was found.
         shown_before: remarks on the data that the reader saw before the search, which are not repeated.
+        page: file that will say why each effect was not tested, so that names will do here.
     """
     parts: list[RenderableType] = [f"[{STYLE[diagnosis.verdict]}]{diagnosis.verdict}[/] {escape(diagnosis.summary)}"]
     parts += fault_lines(diagnosis.faults)
@@ -46,7 +50,7 @@ def diagnosis_report(diagnosis: Diagnosis, shown_before: Collection[str] = ()) -
     parts += leftover_lines(diagnosis.leftovers)
     parts += proposal_lines(diagnosis.proposal)
     parts += note_lines([note for note in diagnosis.notes if note not in shown_before])
-    parts += [f"[dim]{escape(line)}[/]" for line in untested_lines(diagnosis)]
+    parts += [f"[dim]{escape(line)}[/]" for line in untested_lines(diagnosis, page)]
     parts.append(f"[dim]{misfit_line(diagnosis)}; {diagnosis.tried} hypotheses tested; {diagnosis.seconds:.0f} s[/]")
     return Group(*parts)
 
@@ -61,13 +65,17 @@ def diagnosis_in_short(diagnosis: Diagnosis) -> RenderableType:
     return Group(*parts, *map(escape, untested_lines(diagnosis)))
 
 
-def untested_lines(diagnosis: Diagnosis) -> list[str]:
-    """Effects of such a robot that were not tested, a line for every reason; a page and ``diagnosis.json`` have all.
+def untested_lines(diagnosis: Diagnosis, page: Path | None = None) -> list[str]:
+    """Effects of such a robot that were not tested, a line for every reason, or for all whose reasons stand on a page.
 
     What the checks of the data settle, and what is about a column that is not there, goes without saying.
     """
-    left_out = (entry for entry in diagnosis.not_tried if entry.reason != SETTLED)
-    return [f"not tested: {line}" for line in lines_by_reason(left_out) if not line.endswith(NO_COLUMN)]
+    left_out = [
+        entry for entry in diagnosis.not_tried if entry.reason != SETTLED and not entry.reason.endswith(NO_COLUMN)
+    ]
+    if page is None or not left_out:
+        return [f"not tested: {line}" for line in lines_by_reason(left_out)]
+    return [f"not tested ({page} says why): {', '.join(in_few_words(entry.effect for entry in left_out))}"]
 
 
 def lines_by_reason(left_out: Iterable[NotTested]) -> Iterator[str]:

@@ -326,7 +326,8 @@ class Problems:
             fit: of some segments, or with other scores.
             whole: about the same values, of all segments.
         """
-        steps = [part * self.best_step(fit) for part in (*LINE_SEARCH, 0.0)]
+        best = self.best_step(fit)
+        steps = [part * best for part in (*LINE_SEARCH, 0.0)]
         predicted = torch.stack([whole.after(step.expand(len(whole.loss), -1)).sum() for step in steps])
         holds = self.totals([self.moved(whole, step) for step in steps]) <= (1 + SETTINGS.worth_saying) * predicted
         return steps[int(holds.int().argmax())]

@@ -40,8 +40,8 @@ from sym2real.vocabulary import GRAVITY_COMPONENTS, MechanicalQuantity, quantity
 MOST_PARTS = 8
 # Dry friction stops a joint within half a part, so that it begins and ends sharply in parts this short, s; what swings
 # on a spring goes right to a thousandth in parts of so many rad. As far as squares of the number of joints, by which
-# equations grow, times parts stay within the last number.
-SHARP, SWING, SHORT = 0.005, 0.5, 16
+# equations grow, times parts stay within those of six joints in one part.
+SHARP, SWING, SHORT = 0.005, 0.5, 36
 ROUNDING = 1e-9
 TOO_FAST = (
     "somewhere in the joints' ranges a joint is so light that it rests within a small part of a period: predictions "

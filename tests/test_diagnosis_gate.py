@@ -26,8 +26,9 @@ from sym2real.diagnosis.search.near import Near, groups_of
 from sym2real.diagnosis.search.needed import LAST_THIRD
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.settings import SETTINGS
-from sym2real.diagnosis.unexplained.explaining import beyond_floor, find_far, odd_pieces_notes
+from sym2real.diagnosis.unexplained.explaining import beyond_floor, find_far
 from sym2real.diagnosis.unexplained.leftover import Leftover, find_misfit
+from sym2real.diagnosis.unexplained.odd_pieces import odd_pieces_notes
 from sym2real.effects import effect
 from sym2real.experiments.noisy_runs import noisy_runs
 from sym2real.report.diagnosis import gate_line

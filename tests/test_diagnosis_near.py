@@ -17,11 +17,10 @@ from sym2real.diagnosis.predict.candidate import candidates
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.search.intervals import estimates, none_within
-from sym2real.diagnosis.search.narrow import join_narrow
 from sym2real.diagnosis.search.near import Near, Place, _nearly, as_good, groups_of, left_its_part
 from sym2real.diagnosis.search.needed import Predicted, keep_needed
 from sym2real.diagnosis.search.select import EffectSet, Selection
-from sym2real.diagnosis.search.settled import plainer_set, refuted, settle
+from sym2real.diagnosis.search.settled import join_narrow, plainer_set, refuted, settle
 from sym2real.effects import effect
 from sym2real.experiments.noisy_runs import noisy_runs
 from sym2real.robots import CRAZYFLIE, MUSHR

@@ -16,9 +16,9 @@ from sym2real.diagnosis.estimate.fit import Hypothesis, Problems
 from sym2real.diagnosis.predict.candidate import Candidate, candidates
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.score.importance import _windows, by_importance
-from sym2real.diagnosis.search import narrow
 from sym2real.diagnosis.search.needed import Predicted
 from sym2real.diagnosis.search.select import REFITTED, Selection, parameter_set
+from sym2real.diagnosis.search.settled import _stands
 from sym2real.effects import effect
 from sym2real.robots import CRAZYFLIE
 
@@ -179,5 +179,5 @@ def test_what_joins_late_stands_where_no_set_around_refutes_it(late: str, stands
     (joined,) = own.ranked(own.present, [one for one in own.candidates if one.name == late])
     predicted = Predicted(own, own.problems.library, Dataset([own.problems.data[0].rows(0, 14)]))
     assert predicted.bears_out(joined)
-    assert narrow._stands(predicted, joined) is stands
+    assert _stands(predicted, joined) is stands
     assert own.present.names == {"wind"}  # nobody has joined yet

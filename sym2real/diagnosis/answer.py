@@ -18,8 +18,9 @@ from sym2real.diagnosis.score.finding import Finding, Scored, applied, findings_
 from sym2real.diagnosis.score.held_out import Gate
 from sym2real.diagnosis.score.prediction_refit import PredictionRefit
 from sym2real.diagnosis.search.beam import SearchResult
-from sym2real.diagnosis.unexplained.explaining import disturbance_notes, odd_pieces_notes
+from sym2real.diagnosis.unexplained.explaining import disturbance_notes
 from sym2real.diagnosis.unexplained.leftover import Leftover
+from sym2real.diagnosis.unexplained.odd_pieces import odd_pieces_notes
 from sym2real.diagnosis.unexplained.term import Term
 from sym2real.json_objects import fields_of
 from sym2real.symbolic import Equations

@@ -12,6 +12,8 @@ def statement(left: Leftover) -> str:
         of = f" of {left.channel}" if left.channel else ""
         beside = "noise alone" if left.channel else "noise and disturbances"
         return f"an error{of} {(1 - left.r2) ** -0.5:.2f} times that of {beside}"
+    if not left.channel:
+        return f"an error where {left.explained_by}, in pieces that are unlike all others"
     if left.instead:
         return f"what {left.instead} {left.explained_by} explains better than {left.channel}"
     what, by = ("disturbance along", "of") if is_push(left.channel.partition(" ")[0]) else ("change of", "by")

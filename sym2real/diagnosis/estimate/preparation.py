@@ -71,7 +71,6 @@ class Prepared(Refined):
         scored: the logs that score what is found.
         candidates: what competes.
         problems: data, whitening, folds.
-        spread: what shapes the covariance.
         full_fit: parameter set of all effects at once, which misses little ``# (P,)``.
         origin: parameter set from which effects are counted: null, or what calibration says of the base ``# (P,)``.
         calibration: the base against the plain simulator; None without one, and before it.
@@ -83,7 +82,6 @@ class Prepared(Refined):
     scored: Dataset
     candidates: tuple[Candidate, ...]
     problems: Problems
-    spread: Spread
     full_fit: torch.Tensor
     origin: torch.Tensor
     swing: Swing | None
@@ -156,7 +154,6 @@ def _prepared(base: Refined, logs: Dataset, full: Whitened, swing: Swing | None)
         scored=logs if base.examined.aside is None else base.examined.aside.data,
         candidates=candidates(searched, logs),
         problems=Problems(full.problem, full.whitening, nuisance_of(searched, searched.null), full.spread),
-        spread=full.spread,
         full_fit=full.values,
         origin=searched.null,
         swing=swing,

@@ -23,11 +23,10 @@ from math import inf
 from sym2real.diagnosis.estimate.fit import Hypothesis
 from sym2real.diagnosis.estimate.preparation import Prepared, uncalibrated
 from sym2real.diagnosis.predict.candidate import Candidate
-from sym2real.diagnosis.search.narrow import join_narrow
 from sym2real.diagnosis.search.needed import Predicted
 from sym2real.diagnosis.search.pairs import hidden_pairs
 from sym2real.diagnosis.search.select import BETTER, EffectSet, Selection, parameter_set
-from sym2real.diagnosis.search.settled import settle
+from sym2real.diagnosis.search.settled import join_narrow, settle
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects.commands import GAIN
 from sym2real.stages import OnProgress, Stages

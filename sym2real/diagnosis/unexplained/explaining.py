@@ -3,23 +3,18 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from sym2real.diagnosis.data.windows import JUDGED_AT, judged
 from sym2real.diagnosis.errors.floor import Floor, SensorNoise, floor_of_explained
 from sym2real.diagnosis.errors.rungs import Rung
-from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.score.finding import Scored, applied
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.diagnosis.unexplained.constant import find_differing
 from sym2real.diagnosis.unexplained.dependence import Terms, find_dependences
 from sym2real.diagnosis.unexplained.features import part_of_changes
 from sym2real.diagnosis.unexplained.leftover import MISFIT, Leftover, find_misfit
+from sym2real.diagnosis.unexplained.odd_pieces import find_where_odd, odd_pieces
 from sym2real.diagnosis.unexplained.part_of_logs import find_part
 from sym2real.diagnosis.unexplained.term import Term, propose
-
-# Pieces that a note names.
-LISTED = 3
 
 
 def explain_rest(scored: Scored) -> tuple[tuple[Leftover, ...], Term | None]:
@@ -42,13 +37,14 @@ def _leftovers(scored: Scored) -> tuple[Leftover, ...]:
     own, problems = prepared.calibration, selection.problems
     astray = beyond_floor(scored.stages, scored.floor)
     leftovers = tuple[Leftover, ...]()
-    if problems.block_count >= SETTINGS.fewest_pieces:
-        terms = Terms.of(selection, prepared.spread, own)
+    if problems.block_count >= SETTINGS.fewest_pieces and problems.spread is not None:
+        terms = Terms.of(selection, problems.spread, own)
         leftovers = find_dependences(terms)
         if astray and scored.stages and scored.floor:
             leftovers += find_differing(terms)
         leftovers += find_part(selection)
     left = problems.problem.residuals(selection.fit.values[None])[0]
+    leftovers += find_where_odd(problems, left)
     misfit = problems.whitening.misfit(left)
     mostly_odd = misfit > SETTINGS.far and len(odd_pieces(problems)) > SETTINGS.mostly * len(problems.whitening.trust)
     if not any(leftover.matters for leftover in leftovers) and (astray or mostly_odd):
@@ -123,24 +119,6 @@ def disturbance_notes(floor: Sequence[Floor]) -> tuple[str, ...]:
     words = "make the {} error {:.1f} times that of noise alone".format(*most)
     instance = "gusts, an estimator's errors, which go on from row to row, or what moves by itself, as a hanging load"
     return (f"disturbances that follow nothing measured {words}: {instance}",)
-
-
-def odd_pieces(problems: Problems) -> list[int]:
-    """Pieces so unlike all others that fits hardly heed them, by their M-estimator weights; the least alike first.
-
-    Where they are most, what is missing from the model is in nearly all of them.
-    """
-    trust = problems.whitening.trust.numpy()
-    return [int(piece) for piece in np.argsort(trust, kind="stable") if trust[piece] < SETTINGS.mostly]
-
-
-def odd_pieces_notes(problems: Problems) -> tuple[str, ...]:
-    """How many pieces are unlike all others, and where the least alike are."""
-    segments, odd = problems.problem.segments, odd_pieces(problems)
-    first, last = (rows * problems.data.dt for rows in (segments.row, segments.row + segments.length - 1))
-    places = [f"{problems.data[segments.log[k]].name} ({first[k]:.1f} to {last[k]:.1f} s)" for k in odd[:LISTED]]
-    some = f"{len(odd)} of {len(segments)} pieces, in {len(np.unique(segments.log[odd]))} of {problems.log_count} logs,"
-    return (f"{some} are unlike all others and hardly count: look at {', '.join(places)}",) if places else ()
 
 
 def worse_than_nothing(scored: Scored) -> tuple[Leftover, ...]:

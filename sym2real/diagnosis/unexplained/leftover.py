@@ -18,11 +18,11 @@ class Leftover:
     """A disturbance that depends on something, or is the same everywhere: an entry of ``leftovers`` in docs/method.md.
 
     Args:
-        explained_by: the feature it depends on most, "constant", "log" where each has its own, or "misfit" where no
-            disturbance is left.
-        channel: direction of the disturbance; of a misfit what is predicted so badly, empty for all.
+        explained_by: the feature it depends on most, "constant", "log" where each has its own, "misfit" where no
+            disturbance is left, or where the pieces lie that are unlike all others.
+        channel: direction of the disturbance; of a misfit what is predicted so badly, empty for all, and of pieces.
         r2: share of its variance (of its squares, where it is constant) that logs not seen confirm; of its squares that
-            are between logs; of a misfit's squares that noise and disturbances do not make.
+            are between logs; of a misfit's squares that noise and disturbances do not make; of all squares in pieces.
         term: where the disturbance changes, in words.
         size, unit: of a constant disturbance, as the model lacks it.
         motion: part of the robot's motion that it makes (``features.py``); None of a measurement that is off.
@@ -44,7 +44,7 @@ class Leftover:
     @property
     def unseen(self) -> bool:
         """Whether its share is one of logs that were not seen."""
-        return self.explained_by not in (MISFIT, LOG) and not self.instead
+        return bool(self.channel) and self.explained_by not in (MISFIT, LOG) and not self.instead
 
     @property
     def matters(self) -> bool:

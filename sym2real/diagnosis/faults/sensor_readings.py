@@ -96,7 +96,7 @@ def readings(data: Dataset, honest: float = 1.0, *, noisy: bool = True) -> tuple
     Args:
         data: logs, or what a model predicts of them.
         honest: rows that a sensor may be late: differences are by half of one, filters by one.
-        noisy: whether sensors have noise; predictions have none.
+        noisy: whether sensors have noise; predictions have none, and their scale is what it is, small or not.
     """
     readings = list[Reading | None]()
     logs = [log for log in data if len(log) > ROWS]
@@ -148,7 +148,7 @@ def _reading(signals: Sequence[Signals], column: str, of: str, honest: float, no
     if (moved := _shift(tables, dt, honest, noise**2 + 2.0 * of_angle**2)) is None:
         return None
     rows, shift = moved
-    if (scale_and_bias := _scale_and_bias(tables[rows], noise)) is None:
+    if (scale_and_bias := _scale_and_bias(tables[rows], noise, noisy)) is None:
         return None
     together = float(np.corrcoef(tables[rows][:, 0], tables[rows][:, 1])[0, 1])
     return Reading(column, POSITION.name if of in POSITION.columns else of, *scale_and_bias, shift, together)
@@ -178,7 +178,7 @@ def _shift(tables: Mapping[int, Array], dt: float, honest: float, variance: floa
     return (rows, shift) if shifted else (0, 0.0)
 
 
-def _scale_and_bias(table: Array, noise: float) -> tuple[float, float, float] | None:
+def _scale_and_bias(table: Array, noise: float, noisy: bool) -> tuple[float, float, float] | None:
     """Scale, bias and its deviation as of :class:`Reading`, for white noise of this size in ∫w.
 
     None where the sensor does not go along.
@@ -200,7 +200,7 @@ def _scale_and_bias(table: Array, noise: float) -> tuple[float, float, float] | 
     )
     usual = SETTINGS.sensor_bias * max(1.0, scale)
     biased = abs(constant) > SETTINGS.sensor_deviations * spread[1] + turned_by and abs(bias) > usual
-    return scale if scaled else 1.0, bias if biased else 0.0, float(spread[1] / inverse)
+    return scale if scaled or not noisy else 1.0, bias if biased else 0.0, float(spread[1] / inverse)
 
 
 def _stretches(signals: Sequence[Signals], length: int, rows: int) -> Array:

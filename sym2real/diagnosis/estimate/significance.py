@@ -92,11 +92,10 @@ def least_gain(problems: Problems, candidate: Candidate, values: Tensor, count: 
     """Part of the held-out loss that an effect must save in a set of so many at a parameter set ``# (P,)``.
 
     Rotors that spin up turn a quadrotor about yaw, one of nine directions of a row: all that they do is less than 1 %
-    of the loss of all nine, however plain it is. Where whole logs tell a small effect from trim, it needs that part of
-    the loss of the directions that it moves.
+    of the loss of all nine, however plain it is. An effect needs that part of the loss of the directions that it moves.
     """
     needed = SETTINGS.gain_of(count)
-    if candidate.needs_start or problems.log_count < SETTINGS.fewest_logs:
+    if candidate.needs_start:
         return needed
     (columns,) = problems.problem.linearised(values[None], [candidate.free])
     return needed * problems.whitening.directions(columns[..., 1:])

@@ -115,7 +115,7 @@ def _standing(selection: Selection, sets: Sequence[EffectSet], gone: Collection[
 
 
 def join_narrow(predicted: Predicted) -> None:
-    """Put effects that move few of the measured directions beside what was chosen, where logs are not few.
+    """Put effects that move few of the measured directions beside what was chosen.
 
     Such an effect pays less than others, so an error must surely be a tenth larger without it or whole logs establish
     it, no error may be larger with it, and the sets around must refute none: it could displace another one.
@@ -140,7 +140,7 @@ def _narrow(selection: Selection) -> Iterator[EffectSet]:
     lag below the base's own is reported as none, and is none.
     """
     problems, count = selection.problems, len(selection.chosen) + 1
-    if problems.log_count < SETTINGS.fewest_logs or count > SETTINGS.most_findings:
+    if count > SETTINGS.most_findings:
         return
     reference, screened = selection.screening(selection.present)
     most = (1 - PROMISING * SETTINGS.gain_of(count) / len(problems.whitening.sensor)) * reference

@@ -148,7 +148,8 @@ def _reading(signals: Sequence[Signals], column: str, of: str, honest: float, no
     if (moved := _shift(tables, dt, honest, noise**2 + 2.0 * of_angle**2)) is None:
         return None
     rows, shift = moved
-    if (scale_and_bias := _scale_and_bias(tables[rows], noise, noisy)) is None:
+    # Predictions begin with the speed that a wheel says, right or wrong: their own scale is beyond chance or none.
+    if (scale_and_bias := _scale_and_bias(tables[rows], noise, noisy or of == PATH)) is None:
         return None
     together = float(np.corrcoef(tables[rows][:, 0], tables[rows][:, 1])[0, 1])
     return Reading(column, POSITION.name if of in POSITION.columns else of, *scale_and_bias, shift, together)

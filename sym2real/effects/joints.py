@@ -36,19 +36,18 @@ from sym2real.effects.kind import (
     Kind,
     Numbers,
     Parameter,
-    Substitute,
     Values,
     of_any_body,
     several,
 )
 from sym2real.effects.searching import Searching
-from sym2real.effects.terms import multiplied, raised
-from sym2real.effects.wrench import ALONE, INERTIA, altered, inertia
+from sym2real.effects.terms import raised
+from sym2real.effects.wrench import ALONE, INERTIA, altered, inertia, multiplying
 from sym2real.inertias import write_inertia
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.dry_friction import USUAL_DECELERATION, dry_friction
 from sym2real.trajectory import Array
-from sym2real.vocabulary import GRAVITY_COMPONENTS, MechanicalQuantity, quantity_of, rate_column
+from sym2real.vocabulary import GRAVITY_COMPONENTS, quantity_of, rate_column
 
 _of_joint = partial(Kind, robot="robot with joints", columns="joint")
 
@@ -237,11 +236,6 @@ def _heavier(spec: Any, body: Body, values: Numbers) -> None:
         write_inertia(spec.bodies[fixed], model, values["value"])
 
 
-def _multiplied(kind: MechanicalQuantity) -> Substitute:
-    """Of a joint's quantity so many times as much."""
-    return lambda equations, values, body: multiplied(equations, [quantity_of(kind, body.column)], values["value"])
-
-
 LINK_MASS = _of_joint(
     name="link_mass",
     stage="mass",
@@ -252,7 +246,7 @@ LINK_MASS = _of_joint(
     shown_by="several postures, and fast motion",
     fix="weigh the link, and put its mass into the description",
     inject=truth.editing(_heavier),
-    substitute=_multiplied("link_mass"),
+    substitute=multiplying("link_mass"),
     needs=(quantity_of("link_mass", "{column}"),),
 )
 
@@ -276,7 +270,7 @@ SERVO_GAIN = _of_joint(
     shown_by="steps of the command, and postures that gravity loads",
     fix="set the servo's gain in the description (kp of a position actuator, kv of a velocity one)",
     inject=truth.editing(_stiffer),
-    substitute=_multiplied("servo_gain"),
+    substitute=multiplying("servo_gain"),
     needs=(quantity_of("servo_gain", "{column}"),),
 )
 

@@ -11,10 +11,9 @@ import numpy as np
 
 from sym2real.effects import truth
 from sym2real.effects.body import Body
-from sym2real.effects.kind import POSITIVE, Kind, Numbers, Parameter, Values, of_any_body
-from sym2real.effects.terms import multiplied
+from sym2real.effects.kind import POSITIVE, Kind, Numbers, Parameter, of_any_body
+from sym2real.effects.wrench import multiplying
 from sym2real.inertias import write_inertia
-from sym2real.symbolic import Equations
 from sym2real.vocabulary import quantity_of
 
 
@@ -30,10 +29,6 @@ def _further_out(spec: Any, body: Body, values: Numbers) -> None:
         spec.bodies[fixed].ipos = model.body_ipos[fixed] + (values["value"] - 1.0) * turn.T @ away
 
 
-def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
-    return multiplied(equations, [quantity_of("link_centre", body.column)], values["value"])
-
-
 LINK_CENTRE = Kind(
     name="link_centre",
     stage="mass",
@@ -44,7 +39,7 @@ LINK_CENTRE = Kind(
     shown_by="fast motion, and postures that gravity loads",
     fix="balance the link on an edge, or measure the rope or the pole, and put it into the description",
     inject=truth.editing(_further_out),
-    substitute=_substitute,
+    substitute=multiplying("link_centre"),
     needs=(quantity_of("link_centre", "{column}"),),
     robot="robot with joints",
     columns="joint",

@@ -12,7 +12,8 @@ from sympy import Expr, Rational, tan
 
 from sym2real.effects.body import Body
 from sym2real.effects.frames import axes, body_velocity, dot
-from sym2real.effects.terms import raised
+from sym2real.effects.kind import Substitute
+from sym2real.effects.terms import multiplied, raised
 from sym2real.errors import ModelError
 from sym2real.layout import Layout
 from sym2real.symbolic import Equations, symbol
@@ -142,6 +143,11 @@ def altered(equations: Equations, body: Body, kind: MechanicalQuantity, value: E
     if (quantity := quantity_of(kind, body.column)) in equations.quantities:
         return raised(equations, quantity, value)
     return apply_joint_force(equations, body, force)
+
+
+def multiplying(kind: MechanicalQuantity) -> Substitute:
+    """A substitute that makes so many times as much of what the bound joint has."""
+    return lambda equations, values, body: multiplied(equations, [quantity_of(kind, body.column)], values["value"])
 
 
 def apply_joint_force(equations: Equations, body: Body, force: Expr) -> Equations:

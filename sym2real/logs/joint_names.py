@@ -84,6 +84,7 @@ class _Name:
 
     @property
     def quantity(self) -> str:
+        """What it measures: a place, a rate, a force, something else, or "" where no word says so."""
         kinds = (("other", OTHERS - self.mine), ("rate", RATE), ("force", FORCE), ("place", PLACE))
         # A joint's own name says none, and be it `twist` or `motor`.
         beside = {*self.words}.difference(*(_Name(joint).words for joint in self.joints))

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from sym2real.errors import DataError, UnknownNameError
 from sym2real.layout import Layouts
-from sym2real.logs.parts import HEADINGS, STANDARD_COLUMNS, Source
+from sym2real.logs.parts import HEADINGS, STANDARD_COLUMNS, Source, TimeBase
 from sym2real.logs.sources import MADE_OF
 from sym2real.logs.specification import LogSpec
 from sym2real.logs.standard import attitude_columns
@@ -32,8 +32,8 @@ def for_model(spec: LogSpec, table: Table, layouts: Layouts | None) -> LogSpec:
         if name not in STANDARD_COLUMNS:
             _require_own(spec, table, name, source, own)
     there = {*table.columns, *table.texts}
-    time = replace(spec.time, column="time") if spec.time.column == "t" not in there and "time" in there else spec.time
-    spec = replace(spec, time=time)
+    if spec.time.column == TimeBase.column and TimeBase.column not in there and "time" in there:
+        spec = replace(spec, time=replace(spec.time, column="time"))
     free = there.difference(spec.sources, spec.columns, *(MADE_OF.get(name, ()) for name in spec.columns))
     names = [name for name in (*own, *_standard(spec, there, layouts)) if name in free]
     return replace(spec, columns={**spec.columns, **{name: Source(name) for name in names}})

@@ -29,7 +29,7 @@ class Link:
         armature: of the joint, kg m² or kg.
         rest: where its spring rests, rad or m.
         quantities: what equations hold of it by name, for effects to change: armature, damping, dry friction,
-            its servo's gain.
+            stiffness, its servo's gain.
     """
 
     joint: str

@@ -34,7 +34,7 @@ MOTORS_ONLY, ATTITUDE_ONLY = {"torque_scale"}, {"attitude_loop", "attitude_trim"
 WHEELS_ONLY = {"turning_friction", "wheel_radius", "track_width", "carried_mass"}
 JOINTS = {
     *("joint_damping", "joint_friction", "joint_stiffness", "armature", "link_mass"),
-    *("servo_gain", "gravity_tilt", "load", "link_centre"),
+    *("servo_gain", "gravity_tilt", "load", "link_centre", "link_inertia", "link_length"),
 }
 OWN = {"parameter"}  # of equations with named parameters, which the package's robots do not have
 SENSOR = {"sensor_sign", "sensor_bias", "sensor_scale", "sensor_lag", "time_shift"}

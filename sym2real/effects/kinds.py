@@ -27,7 +27,7 @@ FILES = {
         *("joint_damping", "joint_friction", "joint_stiffness", "armature", "link_mass"),
         *("servo_gain", "gravity_tilt", "load"),
     ),
-    "link_centre": ("link_centre",),
+    "links": ("link_centre", "link_inertia", "link_length"),
     "forces": ("wind", "linear_drag", "quadratic_drag", "periodic_force"),
     "mountings": ("mounting_tilt", "mounting_yaw", "yaw_bias", "lever_arm"),
     "readings": ("sensor_sign", "sensor_bias", "sensor_scale", "sensor_lag", "time_shift"),

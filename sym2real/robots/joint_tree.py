@@ -9,9 +9,10 @@ import numpy as np
 from sympy import Expr, Integer
 
 from sym2real.robots import mjcf_columns as columns
+from sym2real.robots.link_quantities import link_quantities
 from sym2real.robots.spatial import Inertia, Motion, Transform, Values, about, exact
 from sym2real.symbolic import symbol
-from sym2real.vocabulary import quantity_of
+from sym2real.vocabulary import MechanicalQuantity, quantity_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,9 +67,9 @@ def links_of(model: mujoco.MjModel) -> list[Link]:
         parent, frame = carried[int(model.body_parentid[body])]
         here = _placed(frame, model.body_pos[body], _matrix(model.body_quat[body]))
         for joint in range(model.body_jntadr[body], model.body_jntadr[body] + model.body_jntnum[body]):
-            turns = bool(model.jnt_type[joint] == columns.HINGE)
-            anchor = exact(model.jnt_pos[joint]) if turns else exact(np.zeros(3))
-            fixed = Transform(here.turn, here.place + here.turn.T @ anchor)
+            anchor = exact(model.jnt_pos[joint])
+            further = _times(model, "link_length", links[parent].joint) if parent >= 0 else 1
+            fixed = Transform(here.turn, further * (here.place + here.turn.T @ anchor))
             links.append(_link(model, joint, parent, fixed))
             parent, here = len(links) - 1, Transform(np.eye(3, dtype=int).astype(object), -anchor)
         carried[body] = (parent, here)
@@ -100,17 +101,25 @@ def _link(model: mujoco.MjModel, joint: int, parent: int, fixed: Transform) -> L
     )
 
 
+def _times(model: mujoco.MjModel, kind: MechanicalQuantity, joint: str) -> Expr:
+    """How many times what the description says of a link, where an effect may change that."""
+    name = quantity_of(kind, joint)
+    return symbol(name) if name in link_quantities(model) else Integer(1)
+
+
 def _body_inertia(model: mujoco.MjModel, body: int, frame: Transform, link: Link) -> Inertia:
-    """Of a body that is so many times heavier, so many times as far out, and the loads at its sites, in the axes of the
-    link that carries it.
+    """Of a body that is so many times heavier, further out and harder to turn, and the loads at its sites, in the axes
+    of the link that carries it.
     """
-    times, further = symbol(quantity_of("link_mass", link.joint)), symbol(quantity_of("link_centre", link.joint))
+    heavier, further, harder = (
+        _times(model, kind, link.joint) for kind in ("link_mass", "link_centre", "link_inertia")
+    )
     to_link = np.array(frame.turn.T, dtype=object)
     principal = _matrix(model.body_iquat[body])
-    about_centre = exact(principal @ np.diag(model.body_inertia[body]) @ principal.T)
-    centre = (further if link.turns else 1) * (frame.place + to_link @ exact(model.body_ipos[body]))
-    described = Inertia.of_body(as_expression(model.body_mass[body]), centre, to_link @ about_centre @ to_link.T)
-    whole = Inertia(times * described.mass, times * described.moment, times * described.about_origin)
+    about_centre = to_link @ exact(principal @ np.diag(model.body_inertia[body]) @ principal.T) @ to_link.T
+    centre = further * (frame.place + to_link @ exact(model.body_ipos[body]))
+    described = Inertia.of_body(as_expression(model.body_mass[body]), centre, harder * about_centre)
+    whole = Inertia(heavier * described.mass, heavier * described.moment, heavier * described.about_origin)
     for site in columns.loaded_sites(model):
         if model.site_bodyid[site] == body:
             place = frame.place + to_link @ exact(model.site_pos[site])

@@ -16,6 +16,7 @@ from sym2real.errors import ModelError, UnknownNameError
 from sym2real.field import Field, is_name
 from sym2real.layout import Layout, Layouts
 from sym2real.robots.description import is_text, spec_of
+from sym2real.robots.link_quantities import link_quantities
 from sym2real.robots.naming import STANDARD
 from sym2real.trajectory import Array
 from sym2real.vocabulary import (
@@ -122,14 +123,13 @@ def inputs_of(model: mujoco.MjModel) -> Layout:
 def quantities_of(model: mujoco.MjModel) -> tuple[str, ...]:
     """Names of what effects may change in equations from the file: gravity, what joints have, loads at sites."""
     joints = [name for name, kind in zip(names_of(model, "joint"), model.jnt_type, strict=True) if kind != FREE]
-    centres = (quantity_of("link_centre", joint) for joint in joints if model.joint(joint).type == HINGE)
     loads = [quantity_of("load", model.site(site).name) for site in loaded_sites(model)]
-    kinds: tuple[MechanicalQuantity, ...] = ("armature", "damping", "friction", "stiffness", "link_mass")
+    kinds: tuple[MechanicalQuantity, ...] = ("armature", "damping", "friction", "stiffness")
     servos = (quantity_of("servo_gain", joint) for joint in servos_of(model))
     return (
         *GRAVITY_COMPONENTS,
         *(quantity_of(kind, name) for kind in kinds for name in joints),
-        *centres,
+        *link_quantities(model),
         *servos,
         *loads,
     )

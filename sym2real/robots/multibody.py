@@ -12,7 +12,8 @@ milliseconds, because dry friction takes half a part to stop them. Every lengthy
 Effects bind to these quantities: ``gravity_x``, ``gravity_y``, ``gravity_z`` (m/s², world axes); of joint J
 ``armature_J`` (kg or kg m², inertia that turns with its motor), ``damping_J``, ``friction_J`` (dry, N or N m),
 ``stiffness_J``, ``link_mass_J`` (times the mass that the description gives its link), ``link_centre_J`` (times how far
-its centre of mass lies from a hinge), ``servo_gain_J`` (times its servo's gain); and ``load_S`` (kg, a point mass at
+its centre of mass lies from a hinge), ``link_inertia_J`` (times its moment of inertia), ``link_length_J`` (times how
+far the next joints lie from a hinge), ``servo_gain_J`` (times its servo's gain); and ``load_S`` (kg, a point mass at
 site S).
 """
 
@@ -30,11 +31,12 @@ from sym2real.robots.covered import LEARN, against_tree
 from sym2real.robots.driven import braking, springing
 from sym2real.robots.joint_forces import Forces
 from sym2real.robots.joint_tree import Link, as_expression, links_of
+from sym2real.robots.link_quantities import link_quantities
 from sym2real.robots.runge_kutta import Build, fastest, parts_of, stepped
 from sym2real.robots.spatial import Force, Inertia, Motion, Transform, Values, along, force_cross, motion_cross
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.expressions import names_in
-from sym2real.vocabulary import GRAVITY_COMPONENTS, MechanicalQuantity, quantity_of, rate_column
+from sym2real.vocabulary import GRAVITY_COMPONENTS, quantity_of, rate_column
 
 # Every part has all of the equations once more.
 MOST_PARTS = 8
@@ -84,8 +86,7 @@ def multibody(model: mujoco.MjModel, layouts: Layouts, actions: Mapping[str, str
     }
     for link in links:
         build.quantities |= link.quantities
-        kinds: tuple[MechanicalQuantity, ...] = ("link_mass", "link_centre") if link.turns else ("link_mass",)
-        build.quantities |= {quantity_of(kind, link.joint): Integer(1) for kind in kinds if link.inertia.mass}
+    build.quantities |= dict.fromkeys(link_quantities(model), Integer(1))
     build.quantities |= {quantity_of("load", model.site(site).name): Integer(0) for site in columns.loaded_sites(model)}
     alone = [1.0 / float(model.dof_invweight0[model.joint(link.joint).dofadr[0]]) for link in links]
     forces = Forces(model, links, actions, build.part, alone)

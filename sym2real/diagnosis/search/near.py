@@ -91,12 +91,13 @@ class Near:
 
     def with_elsewhere(self) -> Near:
         """The same with sets that are not around, of which two effects are others, as a gain and a delay for play and a
-        lag, or one that is not in the place of another (see :class:`Place`).
+        lag, or one that is not in the place of another (see :class:`Place`). More effects for fewer are no others.
         """
         selection, around = self.selection, [*self.larger, *(own for place in self.places for own in place.sets)]
         here = {self.present.names, *(effects.names for effects in around)}
         ordered = sorted(selection.known.values(), key=lambda effects: effects.price)
-        further = (effects for effects in ordered if effects.names not in here and selection.holds(effects))
+        small = (effects for effects in ordered if len(effects.chosen) <= len(self.present.chosen))
+        further = (effects for effects in small if effects.names not in here and selection.holds(effects))
         return replace(self, elsewhere=by_price(selection, list(islice(further, FURTHER))))
 
     def unlikely(self) -> list[Place]:

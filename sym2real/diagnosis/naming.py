@@ -40,11 +40,11 @@ class Doubt:
 
 
 def doubts(answer: Diagnosis, equations: Equations, data: Dataset) -> tuple[Doubt, ...]:
-    """Effects that are named for others in such logs, where something is left: one of those may do better.
+    """Effects that are named for others in such logs, where something that matters is left: one of those may do better.
 
     What several stand for is in doubt where all of them are named, and where what was found explains too little.
     """
-    if not answer.leftovers:
+    if not any(leftover.matters for leftover in answer.leftovers):
         return ()
     groups = [{finding.effect, *finding.group} for finding in answer.findings]
     behind = unnamed({finding.effect for finding in answer.findings}, data)

@@ -11,7 +11,7 @@ def statement(left: Leftover) -> str:
     if left.explained_by == MISFIT:
         of = f" of {left.channel}" if left.channel else ""
         beside = "noise alone" if left.channel else "noise and disturbances"
-        return f"an error{of} {(1 - left.r2) ** -0.5:.2f} times that of {beside}"
+        return f"an error{of} {max(1 - left.r2, 1e-12) ** -0.5:.2f} times that of {beside}"
     if not left.channel:
         return f"an error where {left.explained_by}, in pieces that are unlike all others"
     if left.instead:

@@ -88,8 +88,8 @@ INERTIA_AXES = Kind(
     summary="A roll is harder or easier than a pitch, or one makes the other: inertia of a load at an arm.",
     confused_with="gains of one rate command, where commands change slowly beside the loop",
     shown_by=EXCITED,
-    fix="put the inertia into the model (`nominal quadrotor --inertia`), or carry the load under the centre; if roll and "
-    "pitch loops have other gains, put those into it (`--rate-gains`): no flight parts the two",
+    fix="put the inertia into the model (`nominal quadrotor --inertia`), or carry the load under the centre; if roll "
+    "and pitch loops have other gains, put those into it (`--rate-gains`): no flight parts the two",
     inject=truth.editing(_turn_axes),
     substitute=_substitute,
     needs=(*RATE_COMMAND.columns, *RATE.columns),

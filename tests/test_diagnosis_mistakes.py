@@ -25,7 +25,7 @@ from sym2real.diagnosis.faults.fault import Breach
 from sym2real.diagnosis.faults.misread_attitudes import FROM_WORLD, OfAttitude
 from sym2real.diagnosis.faults.mistakes.balance import Balances
 from sym2real.diagnosis.faults.mistakes.judge import mistakes
-from sym2real.diagnosis.faults.mistakes.rows import bad_rows
+from sym2real.diagnosis.faults.mistakes.rows import bad_rows, joints_that_jump
 from sym2real.diagnosis.faults.mistakes.transformation import Exchanged, Late, OtherAxes, Transformation, Turned, of_all
 from sym2real.diagnosis.faults.sanity import check
 from sym2real.diagnosis.faults.sensor_readings import readings
@@ -356,9 +356,9 @@ def test_what_is_let_go_under_full_force_does_not_jump() -> None:
     state[1:, joint] += np.cumsum(0.5 * (speed[1:] + speed[:-1])) * robot.dt
     quiet = np.zeros((rows, len(robot.layouts.action))), np.zeros((rows, len(robot.layouts.inputs)))
     log = Trajectory(np.arange(rows) * robot.dt, state, *quiet, robot.layouts)
-    assert not bad_rows(Dataset([log]))
+    assert not joints_that_jump(Dataset([log]))
     state[200:, joint] += 0.3
-    (jump,) = bad_rows(Dataset([replace(log, state=state)]))
+    (jump,) = joints_that_jump(Dataset([replace(log, state=state)]))
     assert (jump.columns, jump.cuts) == (("pole",), ((200,),))
 
 
@@ -371,11 +371,11 @@ def test_what_a_torque_throws_within_a_row_does_not_jump() -> None:
     state = log.state + np.random.default_rng(0).normal(0.0, 1e-4, log.state.shape)
     rate = robot.layouts.state.index("slider_rate")
     thrown = Dataset([replace(log, state=state)])
-    assert [bad.columns for bad in bad_rows(thrown)] == [("slider_rate",), ("pole_rate",)]
-    assert bad_rows(thrown, robot.nominal()) == []
+    assert [bad.columns for bad in joints_that_jump(thrown)] == [("slider_rate",), ("pole_rate",)]
+    assert joints_that_jump(thrown, robot.nominal()) == []
     state = state.copy()
     state[50, rate] += 1.0
-    (spike,) = bad_rows(Dataset([replace(log, state=state)]), robot.nominal())
+    (spike,) = joints_that_jump(Dataset([replace(log, state=state)]), robot.nominal())
     assert (spike.columns, np.flatnonzero(spike.rows[0]).tolist()) == (("slider_rate",), [50])
 
 

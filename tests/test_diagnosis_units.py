@@ -110,6 +110,7 @@ CAR = [
     (of("vx vy", 1e2), ["vx vy in cm/s instead of m/s"]),
     (of("wz", DEGREES), ["sensor_scale:wz (57.3)"]),
     (of("steer", DEGREES), ["steer in deg instead of rad"]),
+    (of("steer", -DEGREES), ["steer in deg instead of rad", "steer with the wrong sign"]),
     (of("speed", 1e3), ["speed in mm/s instead of m/s"]),
 ]
 
@@ -133,7 +134,7 @@ def test_another_unit_is_named_and_undone(robot: Robot, factors: Factors, said: 
     data = one_flight() if robot is CRAZYFLIE else drives()
     checked = check(robot.nominal(), times(data, factors))
     assert sorted(fault.name for fault in checked.faults) == sorted(said)
-    assert all("unit = " in fault.fix for fault in checked.faults)
+    assert all("unit = " in fault.fix or "flip" in fault.fix for fault in checked.faults)
     for log, right in zip(checked.data, rates_on_time(data), strict=True):
         np.testing.assert_allclose(log.state, right.state, rtol=1e-9, atol=1e-12)
         np.testing.assert_allclose(log.action, right.action, rtol=1e-9, atol=1e-12)
@@ -235,6 +236,16 @@ def test_a_command_with_the_wrong_sign_is_named_and_undone(
     assert [fault.name for fault in checked.faults] == [f"{column} with the wrong sign"]
     for log, right in zip(checked.data, rates_on_time(data), strict=True):
         np.testing.assert_array_equal(log.action, right.action)
+
+
+def test_a_wrong_sign_among_commands_in_another_unit_hides_none_of_both() -> None:
+    """Of three commands that share a unit, one against the model: as many factors mend two as mend the third."""
+    data, commands = logs_with(CRAZYFLIE, "", {}), "wx_cmd wy_cmd wz_cmd"
+    checked = check(CRAZYFLIE.nominal(), times(data, of(commands, DEGREES) | {"wy_cmd": -DEGREES}))
+    said = [f"{commands} in deg/s instead of rad/s", "wy_cmd with the wrong sign"]
+    assert [fault.name for fault in checked.faults] == said
+    for log, right in zip(checked.data, data, strict=True):
+        np.testing.assert_allclose(log.action, right.action, rtol=1e-9, atol=1e-12)
 
 
 @pytest.mark.parametrize(("factor", "unit"), [(100.0, "%"), (65535.0, "uint16")])

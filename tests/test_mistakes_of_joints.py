@@ -62,6 +62,10 @@ def swapped(*names: str) -> Spoil:
     return spoil
 
 
+def both(first: Spoil, second: Spoil) -> Spoil:
+    return lambda rows: second(first(rows))
+
+
 def late(by: int) -> Spoil:
     def spoil(rows: Array) -> Array:
         rows[by:, 5:7] = rows[:-by, 5:7]
@@ -83,6 +87,10 @@ CASES: Sequence[tuple[Spoil, Sequence[str]]] = (
     (times(DEGREES, "q2_rate"), ["sensor_scale:q2_rate"]),
     (times(30.0, "q2", "q2_rate"), ["q2 q2_rate in no unit of that size, or before a gear, 30"]),
     (times(1e3, "tau1", "tau2"), ["tau1 tau2 in mN m instead of N m"]),
+    (
+        both(times(1e3, "tau1", "tau2"), times(-1.0, "tau2")),
+        ["tau1 tau2 in mN m instead of N m", "tau2 with the wrong sign"],
+    ),
     (swapped("q1", "q2", "q1_rate", "q2_rate"), ["q1 q2 q1_rate q2_rate swapped"]),
     (swapped("q1", "q2"), ["q1 q2 swapped"]),
     (swapped("tau1", "tau2"), ["tau1 tau2 swapped"]),

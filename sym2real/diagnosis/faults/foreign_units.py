@@ -6,14 +6,14 @@ go together so well that noise cannot make one seem larger; those that hardly mo
 
 Of commands the model tells. With a thrust in mN, rates in deg/s or motors in percent it predicts worse by far than that
 nothing changes: each is divided by every factor on a grid, and belongs to the unit whose factor is nearest to the one
-by which a step ahead is predicted. A gain or a limit of a few times is an effect; so units that are less than ten times
-apart are not distinguished here.
+by which a step ahead is predicted, each command with the sign by which it moves the robot: a wrong one hides no unit.
+A gain or a limit of a few times is an effect; so units that are less than ten times apart are not distinguished here.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
+from functools import cached_property, partial
 from math import inf, log
 
 import numpy as np
@@ -36,6 +36,7 @@ THAN = "what moves the robot as the model says"
 # Of factors, and between which one is that of a gain.
 GRID, GAIN = np.geomspace(1e-5, 1e7, 120), (1.0 / SETTINGS.far, SETTINGS.far)
 MOST_ROWS = 500
+LITTLE = 1e6  # what a command is divided by of which only the way counts
 
 
 def _positions(data: Dataset) -> Judged:
@@ -169,13 +170,32 @@ class Steps:
         Returns:
             ``# (F, k)``, in one rollout of all factors; infinite where it is no number.
         """
-        by = torch.ones(len(factors), 1, len(self._action), dtype=torch.float64)
-        by[..., self._action.indices(columns)] = torch.as_tensor(factors, dtype=torch.float64)[:, None, None]
-        logs = [filter_commands(self.model, torch.as_tensor(log.action) / by, dt=self.data.dt) for log in self.data]
-        sent = torch.cat(logs, dim=1)[:, self._rows]
-        after = self._predict(self._now.expand(len(by), -1, -1), sent, self._given.expand(len(by), -1, -1))
-        error = self._state.difference(self._later.expand_as(after), after).square().mean(1)
+        places = self._action.indices(columns)
+        by = torch.ones(len(factors), len(self._action), dtype=torch.float64)
+        by[:, places] = torch.as_tensor(factors, dtype=torch.float64)[:, None] * self._signs[places]
+        error = self._missing(by).square().mean(1)
         return (error / self._changed)[:, self._changed > 0].nan_to_num(nan=inf, posinf=inf)
+
+    def _missing(self, by: torch.Tensor) -> torch.Tensor:
+        """What a step is short of with commands divided by ``by`` ``# (F, A) -> (F, n, tangent)``."""
+        logs = (torch.as_tensor(log.action) / by[:, None] for log in self.data)
+        sent = torch.cat([filter_commands(self.model, log, dt=self.data.dt) for log in logs], dim=1)[:, self._rows]
+        after = self._predict(self._now.expand(len(by), -1, -1), sent, self._given.expand(len(by), -1, -1))
+        return self._state.difference(self._later.expand_as(after), after)
+
+    @cached_property
+    def _signs(self) -> torch.Tensor:
+        """Which commands move the robot against what the model says, by what next to none of each moves most: -1.
+
+        Others 1 ``# (A,)``.
+        """
+        none = torch.full((1, len(self._action)), inf, dtype=torch.float64)
+        short, *less = self._missing(torch.cat([none, none.repeat(len(self._action), 1).fill_diagonal_(LITTLE)]))
+        moved = torch.stack([short - left for left in less])
+        most = (moved.square().mean(1) / self._changed).nan_to_num(posinf=0.0).argmax(1)
+        apart, alone = (part - part.mean(-2, keepdim=True) for part in (short, moved))
+        alike = torch.cosine_similarity(alone, apart.expand_as(alone), dim=1)[range(len(most)), most]
+        return torch.where(alike < -SETTINGS.mostly, -1.0, 1.0).to(torch.float64)
 
 
 def foreign_commands(model: Equations, data: Dataset, *, first: bool = False) -> list[Breach]:

@@ -16,7 +16,7 @@ from sym2real.diagnosis.faults.misread_attitudes import against_the_path, other_
 from sym2real.diagnosis.faults.mistakes.judge import mistakes
 from sym2real.diagnosis.faults.mistakes.late_pose import behind_their_rates
 from sym2real.diagnosis.faults.mistakes.lost_commands import with_lost_commands
-from sym2real.diagnosis.faults.mistakes.rows import BadRows, bad_rows
+from sym2real.diagnosis.faults.mistakes.rows import BadRows, bad_rows, joints_that_jump
 from sym2real.diagnosis.faults.mistakes.transformation import of_all
 from sym2real.diagnosis.faults.motor_columns import motors
 from sym2real.diagnosis.faults.sensor_faults import clock_of, sensors_of
@@ -117,14 +117,14 @@ def looks_for(model: Equations | None) -> tuple[tuple[Look, ...], ...]:
     First rows, quaternions (one in another order is no turned or mirrored world), units of what sensors measure, those
     of commands, with which a model predicts nothing that columns could be judged by, and what a user has done to
     columns. Then units again, as a turned frame hid them, and again what was done to columns: once those have their
-    units and signs, more can be seen.
+    units and signs, more can be seen, and what jumps of joints.
     """
-    frames = (partial(bad_rows, model=model), scalar_last, other_angles)
+    frames, joints = (partial(bad_rows, model=model), scalar_last, other_angles), partial(joints_that_jump, model=model)
     if model is None:
-        return (*frames, against_the_path), BY_SENSORS, ()
+        return (*frames, against_the_path), BY_SENSORS, (joints,)
     mistaken, commands = partial(mistakes, model), partial(foreign_commands, model)
     first = partial(foreign_commands, model, first=True)
-    return (*frames, *BY_SENSORS, first, mistaken, against_the_path), BY_SENSORS, (commands, mistaken)
+    return (*frames, *BY_SENSORS, first, mistaken, against_the_path), BY_SENSORS, (commands, mistaken, joints)
 
 
 def through(sensors: Callable[[Tensor], Tensor], data: Dataset) -> Dataset:

@@ -9,7 +9,7 @@ moves so from the row before, as a torque that steps moves a light arm. Of up to
 interpolated; longer runs cut the log, and nothing is made up inside.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,7 +21,6 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.start import ROWS
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects.along_logs import from_row_to_row
-from sym2real.field import Field
 from sym2real.logs.noise import MAD_TO_SIGMA
 from sym2real.logs.sources import AsRead
 from sym2real.logs.standing import Rows, stretches
@@ -77,7 +76,7 @@ class BadRows:
 
 
 def bad_rows(data: Dataset, model: Equations | None = None) -> list[BadRows]:
-    """What repeats, then what stands, then what jumps, each in the logs without those before it.
+    """What repeats, then what stands, then what jumps of the robot's body, each in the logs without those before it.
 
     Args:
         data: logs.
@@ -89,16 +88,25 @@ def bad_rows(data: Dataset, model: Equations | None = None) -> list[BadRows]:
             break
         damages.append(bad)
         data = whole
-    for columns in (sensor for field in fields if field.kind == "vector" for sensor in _sensors(field)):
+    return [
+        *damages,
+        *_jumps(data, (field.columns for field in fields if field.frame and field.kind == "vector"), model),
+    ]
+
+
+def joints_that_jump(data: Dataset, model: Equations | None = None) -> list[BadRows]:
+    """Each joint's own sensor. A torque that steps moves a light joint so, if it is the right one in the right unit."""
+    fields = (field for field in data.layouts.state.fields if not field.frame and field.kind == "vector")
+    return _jumps(data, ((column,) for field in fields for column in field.columns), model)
+
+
+def _jumps(data: Dataset, sensors: Iterable[tuple[str, ...]], model: Equations | None) -> list[BadRows]:
+    damages = list[BadRows]()
+    for columns in sensors:
         if (jumping := _jumping(data, columns, model)) is not None:
             damages.append(jumping)
             data = jumping.undone(data)
     return damages
-
-
-def _sensors(field: Field) -> list[tuple[str, ...]]:
-    """Columns of a field that one sensor measures: a vector's all, of joints each its own."""
-    return [field.columns] if field.frame else [(column,) for column in field.columns]
 
 
 def _all_that_repeats(data: Dataset) -> BadRows | None:

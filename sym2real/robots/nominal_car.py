@@ -33,7 +33,7 @@ def car(
     command: CarCommand = "speed",
     time_constant: float = 0.0,
     mass: float = 3.5,
-    centre: float = 0.0,
+    centre: float | None = None,
     dt: float = 0.05,
     robot: str = "",
 ) -> Equations:
@@ -45,7 +45,7 @@ def car(
         time_constant: of the speed loop in s; 0 reaches the commanded speed at once, but for what a force gives in one
             step, which the loop leaves.
         mass: that a force must move, with spinning wheels, in kg.
-        centre: distance of the centre of mass ahead of the rear axle in m.
+        centre: distance of the centre of mass ahead of the rear axle in m; by default half the wheelbase.
         dt: time step in s.
         robot: name of the robot they describe.
 
@@ -66,6 +66,7 @@ def car(
         raise ModelError(
             f"expected command speed, or acceleration without time_constant, found {command}, {time_constant}"
         )
+    centre = wheelbase / 2 if centre is None else centre
     sine, cosine = symbol("sin_yaw"), symbol("cos_yaw")
     forward = symbol("vx") * cosine + symbol("vy") * sine
     curvature = tan(symbol("steer")) / wheelbase

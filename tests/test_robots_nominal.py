@@ -468,5 +468,5 @@ def test_equations_are_told_in_short_by_their_columns_and_numbers() -> None:
         "predicts x, y, sin_yaw, cos_yaw, vx, vy, wz",
         "from steer, speed",
         "takes, where a log has them, fx, fy, tz",
-        "numbers (SI): mass 3.5, wheelbase 0.3, centre 0",
+        "numbers (SI): mass 3.5, wheelbase 0.3, centre 0.15",
     ]

@@ -20,7 +20,7 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis import add, compare, diagnose
 from sym2real.diagnosis.faults.fault import Breach
 from sym2real.diagnosis.faults.foreign_units import BY_SENSORS, Steps
-from sym2real.diagnosis.faults.misread_attitudes import SHIFTED, other_angles
+from sym2real.diagnosis.faults.misread_attitudes import ORDERS, QUATERNION, other_angles
 from sym2real.diagnosis.faults.mistakes.rows import BadRows
 from sym2real.diagnosis.faults.mistakes.transformation import OtherAxes
 from sym2real.diagnosis.faults.sanity import check, looks_for, through
@@ -73,8 +73,8 @@ def short_drives() -> Dataset:
     return simulate_case(Case("mushr", (), seed=0), 8, 150)
 
 
-def scalar_last(data: Dataset) -> Dataset:
-    held = dict(zip(SHIFTED.columns, SHIFTED.sources, strict=True))
+def in_order(order: str, data: Dataset) -> Dataset:
+    held = dict(zip(QUATERNION, ORDERS[order][1], strict=True))
     return Dataset(log.with_columns({own: log.column(other) for own, other in held.items()}) for log in data)
 
 
@@ -149,8 +149,16 @@ def test_another_unit_is_named_and_undone(robot: Robot, factors: Factors, said: 
 )
 def test_the_scalar_last_is_named_beside_units_and_signs(factors: Factors, said: list[str]) -> None:
     data = one_flight()
-    checked = check(CRAZYFLIE.nominal(), scalar_last(times(data, factors)))
+    checked = check(CRAZYFLIE.nominal(), in_order("xyzw", times(data, factors)))
     assert [fault.name for fault in checked.faults] == ["quaternions with the scalar last (x y z w)", *said]
+    np.testing.assert_allclose(checked.data[0].state, rates_on_time(data)[0].state, rtol=1e-9, atol=1e-12)
+
+
+def test_the_scalar_first_in_columns_of_x_y_z_w_is_named_and_the_fix_reads_it() -> None:
+    data = one_flight()
+    checked = check(CRAZYFLIE.nominal(), in_order("wxyz", data))
+    assert [fault.name for fault in checked.faults] == [ORDERS["wxyz"][0]]
+    assert 'quaternion = ["qx", "qy", "qz", "qw"] and order = "wxyz"' in checked.faults[0].fix
     np.testing.assert_allclose(checked.data[0].state, rates_on_time(data)[0].state, rtol=1e-9, atol=1e-12)
 
 

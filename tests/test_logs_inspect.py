@@ -374,7 +374,9 @@ def test_a_column_called_by_a_unit_of_time_holds_stamps(name: str, unit: str, tm
     assert inspect_logs(file).spec.time == TimeBase(name, unit, dt=0.02)
 
 
-@pytest.mark.parametrize(("name", "values", "stamps"), [("gps_us", 2e4, True), ("ahead_s", 0.02, False)])
+@pytest.mark.parametrize(
+    ("name", "values", "stamps"), [("gps_us", 2e4, True), ("Zeit [us]", 2e4, True), ("ahead_s", 0.02, False)]
+)
 def test_what_ticks_in_a_unit_of_time_holds_stamps_where_nothing_is_called_so(
     name: str, values: float, stamps: bool, tmp_path: Path
 ) -> None:

@@ -38,6 +38,8 @@ SERVO = Robot.from_mjcf(two_links.MJCF.replace("<actuator>", TARGET), actions=["
         ("q_0 q_1 qd_0 qd_1 tau_0 tau_1", ""),
         ("q1_deg q2_deg qd1 qd2 tau1_meas tau2_meas tau1_cmd tau2_cmd", "q1_deg q2_deg qd1 qd2 tau1_cmd tau2_cmd"),
         ("q1 q2 q1_des q2_des ddq1 ddq2 dq1 dq2 current1 current2", "q1 q2 dq1 dq2 - -"),
+        ("q2_deg q1_deg q2_dps q1_dps tau2_nm tau1_nm", "q1_deg q2_deg q1_dps q2_dps tau1_nm tau2_nm"),
+        ("q1 [deg]|q2 [deg]|q1_rate [rad/s]|q2_rate [rad/s]|tau1 [N m]|tau2 [N m]", ""),
         ("ax1_pos_deg ax2_pos_deg ax1_vel_dps ax2_vel_dps ax1_torque ax2_torque", ""),
         ("A1_pos A2_pos A1_vel A2_vel a1 a2", "A1_pos A2_pos A1_vel A2_vel - -"),
         ("q1 q2 q3 dq1 dq2 dq3 tau1 tau2 tau3", "q1 q2 dq1 dq2 tau1 tau2"),
@@ -51,8 +53,8 @@ SERVO = Robot.from_mjcf(two_links.MJCF.replace("<actuator>", TARGET), actions=["
     ],
 )
 def test_names_that_say_enough_are_matched_and_no_others(names: str, found: str) -> None:
-    matching = match_own(("t", *names.split()), LAYOUTS, {"tau1": "q1", "tau2": "q2"})
-    wanted = (found or names).split()
+    called, wanted = (text.split("|") if "|" in text else text.split() for text in (names, found or names))
+    matching = match_own(("t", *called), LAYOUTS, {"tau1": "q1", "tau2": "q2"})
     assert [matching.pairs[column].source if column in matching.pairs else "-" for column in OWN] == wanted
     assert set(matching.open) == {column for column, source in zip(OWN, wanted, strict=True) if source == "-"}
 
@@ -85,6 +87,15 @@ def test_a_command_of_equations_of_ones_own_may_be_called_after_any_quantity() -
     layouts = Layouts(Layout.of(["x", "y", "sin_yaw", "cos_yaw", "vx", "vy", "wz"]), Layout.of(["steer", "accel"]))
     matching = match_own(["t", "steer_cmd", "accel_cmd", "imu_ax"], layouts, {})
     assert matching.pairs["accel"].source == "accel_cmd"
+
+
+def test_a_servos_own_name_beside_a_unit_is_its_command_where_the_joint_stands_beside_it() -> None:
+    """Counted names of commands are no joints', whose own names stand there."""
+    moved = {"target": "q1"}
+    both = match_own(["target_deg", "q1_deg", "q1_dps"], SERVO.layouts, moved)
+    assert {column: match.source for column, match in both.pairs.items()} == {
+        "q1": "q1_deg", "q1_rate": "q1_dps", "target": "target_deg",
+    }  # fmt: skip
 
 
 def test_a_speed_of_a_wheel_that_nobody_called_a_command_is_a_line_to_fill_in() -> None:

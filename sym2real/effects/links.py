@@ -24,12 +24,14 @@ from sym2real.trajectory import Array
 from sym2real.vocabulary import MechanicalQuantity, quantity_of
 
 
-def _of_link(name: MechanicalQuantity, **described: Any) -> Kind:
-    """So many times what the description says of the link behind a joint."""
+def _of_link(name: MechanicalQuantity, *, most: float = 3.0, **described: Any) -> Kind:
+    """So many times what the description says of the link behind a joint, likely at most ``most``."""
     return Kind(
         name=name,
         stage="mass",
-        parameters=of_any_body(Parameter("value", "1", null=1.0, low=0.3, high=3.0, scale=0.1, domain=POSITIVE)),
+        parameters=of_any_body(
+            Parameter("value", "1", null=1.0, low=1.0 / most, high=most, scale=0.1, domain=POSITIVE)
+        ),
         substitute=multiplying(name),
         needs=(quantity_of(name, "{column}"),),
         robot="robot with joints",
@@ -79,6 +81,7 @@ def _harder_to_turn(spec: Any, body: Body, values: Numbers) -> None:
 
 LINK_INERTIA = _of_link(
     "link_inertia",
+    most=10.0,  # estimated from a drawing, or left at a default
     formula=r"J_j \to \kappa\,J_j",
     summary="A link's moment of inertia about its centre of mass is so many times what its description says.",
     confused_with="an armature, where the joints before it stand still; the link's mass and centre together",

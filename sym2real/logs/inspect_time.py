@@ -4,6 +4,7 @@ import numpy as np
 
 from sym2real.logs.draft import Draft
 from sym2real.logs.evidence import Rows
+from sym2real.logs.name_words import words_and_unit
 from sym2real.logs.parts import TimeBase
 from sym2real.logs.resample import GAP_INTERVALS, SAME_CLOCK, gaps, is_regular, usual_step
 from sym2real.logs.specification import LogSpec
@@ -15,7 +16,7 @@ from sym2real.trajectory import Array
 # Logs of robots have between 2 and 2000 rows a second, most about 50.
 SHORTEST_STEP, USUAL_STEP, LONGEST_STEP = 5e-4, 2e-2, 0.5
 FIRST_ROWS = 5
-UNITS_OF_TIME, MOSTLY = ("sec", "ms", "us", "ns"), 0.8  # an "s" alone may be a way
+MOSTLY = 0.8
 UNLIKE = (0.6, 1.6)  # × the median: an interval outside is not like the others
 
 
@@ -63,15 +64,19 @@ def _column(tables: list[Table], candidates: list[str]) -> str | None:
 
 
 def _ticking(tables: list[Table]) -> list[str]:
-    """Columns whose names end in a unit of time, and which go up as a clock does: by about as much from row to row."""
+    """Columns whose names state a unit of time, and which go up as a clock does: by about as much from row to row."""
 
     def ticks(values: Array) -> bool:
         intervals = np.diff(unbroken(values))
         usual = float(np.median(intervals)) if len(intervals) else 0.0
         return usual > 0.0 and bool(intervals.min() > 0.0 and np.mean(np.abs(intervals / usual - 1.0) < 0.5) > MOSTLY)
 
-    ending = [name for name in tables[0].columns if name.lower().rpartition("_")[2] in UNITS_OF_TIME]
-    return [name for name in ending if all(name in own.columns and ticks(own.columns[name]) for own in tables)]
+    def of_time(name: str) -> bool:  # an "s" behind a line may be a way
+        unit = words_and_unit(name)[1]
+        return bool(unit) and UNITS[unit][0] == "s" and not name.lower().endswith("_s")
+
+    stated = filter(of_time, tables[0].columns)
+    return [name for name in stated if all(name in own.columns and ticks(own.columns[name]) for own in tables)]
 
 
 def _unit(draft: Draft, column: str, step: float) -> tuple[str, str]:

@@ -135,10 +135,7 @@ def match_own(columns: Sequence[str], layouts: Layouts, moved: Mapping[str, str]
         quantity = COMMANDED.get(units[action], "force")
         return (name.wanted and name.quantity in {quantity, ""}) or name.quantity == quantity == "force"
 
-    texts = {column.lower(): column for column in columns}
-    result = Matching({
-        column: Match(texts[column.lower()], "the model's own name") for column in own if column.lower() in texts
-    })  # fmt: skip
+    result = Matching(_by_own_names(columns, {column: units[column] for column in own}, rates, actions))
     called = tuple(joint for joint in places if len(joint) >= SHORTEST)
     mine = frozenset(word for column in own for word in _Name(column).words)
     log = [_Name(column, called, mine=mine) for column in columns]
@@ -161,6 +158,28 @@ def match_own(columns: Sequence[str], layouts: Layouts, moved: Mapping[str, str]
         if column not in result.pairs:
             result.open[column] = result.open.pop(column, "no column is called like it")
     return result
+
+
+def _by_own_names(
+    columns: Sequence[str], own: Mapping[str, str], rates: Mapping[str, str], actions: Mapping[str, str]
+) -> dict[str, Match]:
+    """The model's columns, with their units, as the log calls them, also beside a unit; a rate by its joint's name.
+
+    Beside a unit a command may be what was measured instead, unless another column is the joint that it moves.
+    """
+    texts = {column.lower(): column for column in columns}
+    pairs = {name: Match(texts[name.lower()], "the model's own name") for name in own if name.lower() in texts}
+    beside: dict[tuple[tuple[str, ...], str], list[str]] = {}
+    for text in columns:
+        words, unit = words_and_unit(text)
+        beside.setdefault((tuple(words), UNITS[unit][0] if unit else ""), []).append(text)
+    for name, unit in own.items():
+        called = (name, *(place for place, rate in rates.items() if rate == name))
+        alike = [text for word in called for text in beside.get((tuple(words_and_unit(word)[0]), unit), ())]
+        sent = name not in actions or actions[name] in pairs
+        if name not in pairs and len(alike) == 1 and sent:
+            pairs[name] = Match(alike[0], "the model's own name beside a unit")
+    return pairs
 
 
 def _match(

@@ -69,25 +69,31 @@ FROM_WORLD = Misread(
     lambda _: TURN_BACK,
     lambda log: log.with_columns(dict(zip(QUATERNION, rotation.conjugate(attitude(log)).numpy().T, strict=True))),
 )
-SHIFTED = Exchanged(QUATERNION, (*QUATERNION[1:], QUATERNION[0]), (1, 1, 1, 1))
+# Order of components in a specification → the mistake, and what the columns of w, x, y and z hold.
+ORDERS = {
+    "xyzw": ("quaternions with the scalar last (x y z w)", (*QUATERNION[1:], QUATERNION[0])),
+    "wxyz": ("quaternions with the scalar first (w x y z) in columns of x y z w", (QUATERNION[-1], *QUATERNION[:-1])),
+}
 DEGREES, READ = 1.0 / UNITS["deg"][1], ("degrees", "radians")
 
 
-def scalar_last(data: Dataset) -> list[Breach]:
-    """Quaternions x, y, z, w in columns w, x, y, z, where that fits beyond doubt; none without motion."""
-    if present(data, QUATERNION) != QUATERNION:
+def other_order(data: Dataset) -> list[Breach]:
+    """Quaternions whose scalar is last, or first where it should be last, beyond doubt; none without motion."""
+    if present(data, QUATERNION) != QUATERNION or not (now := _correlation(data)) <= SETTINGS.mostly:
         return []
-    now, then = _correlation(data), _correlation(of_all(SHIFTED, data))
-    if not (now <= SETTINGS.mostly and then >= SETTINGS.scalar_last):
-        return []
-    shown = f"rates and accelerations correlate with the attitude by {then:.2f} then, by {now:.2f} as the columns stand"
+    for order, (name, held) in ORDERS.items():
+        shifted = Exchanged(QUATERNION, held, (1, 1, 1, 1))
+        if (then := _correlation(of_all(shifted, data))) >= SETTINGS.scalar_last:
+            told = f"rates and accelerations correlate with the attitude by {then:.2f} then, by {now:.2f} as it stands"
+            return [Breach(Misread(name, partial(_in_order, order), shifted.undone), told)]
+    return []
 
-    def fix(read: AsRead) -> str:
-        columns = ", ".join(f'"{column}"' for column in read.columns(QUATERNION))
-        entry = f'quaternion = [{columns}] and order = "xyzw"'
-        return f"rename the columns, or say {entry} under [attitude] in a specification of the log"
 
-    return [Breach(Misread("quaternions with the scalar last (x y z w)", fix, SHIFTED.undone), shown)]
+def _in_order(order: str, read: AsRead) -> str:
+    names = read.columns(QUATERNION)
+    columns = ", ".join(f'"{name}"' for name in (names if order == "xyzw" else (*names[1:], names[0])))
+    entry = f'quaternion = [{columns}] and order = "{order}"'
+    return f"rename the columns, or say {entry} under [attitude] in a specification of the log"
 
 
 def _correlation(data: Dataset) -> float:

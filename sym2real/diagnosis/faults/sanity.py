@@ -12,7 +12,7 @@ from torch import Tensor
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.faults.fault import Breach, Fault, Settled
 from sym2real.diagnosis.faults.foreign_units import BY_SENSORS, THAN, foreign_commands, scale_text
-from sym2real.diagnosis.faults.misread_attitudes import against_the_path, other_angles, scalar_last
+from sym2real.diagnosis.faults.misread_attitudes import against_the_path, other_angles, other_order
 from sym2real.diagnosis.faults.mistakes.judge import mistakes
 from sym2real.diagnosis.faults.mistakes.late_pose import behind_their_rates
 from sym2real.diagnosis.faults.mistakes.lost_commands import with_lost_commands
@@ -119,7 +119,7 @@ def looks_for(model: Equations | None) -> tuple[tuple[Look, ...], ...]:
     columns. Then units again, as a turned frame hid them, and again what was done to columns: once those have their
     units and signs, more can be seen, and what jumps of joints.
     """
-    frames, joints = (partial(bad_rows, model=model), scalar_last, other_angles), partial(joints_that_jump, model=model)
+    frames, joints = (partial(bad_rows, model=model), other_order, other_angles), partial(joints_that_jump, model=model)
     if model is None:
         return (*frames, against_the_path), BY_SENSORS, (joints,)
     mistaken, commands = partial(mistakes, model), partial(foreign_commands, model)

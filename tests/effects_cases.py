@@ -69,6 +69,7 @@ CASES: list[Case] = [
     (Q, "dead_zone:wx_cmd", {"value": 0.3}, 0.97, 0.05),
     (Q, "mounting_tilt", {"roll": 0.035, "pitch": -0.02}, 0.999, 0.01),
     (Q, "mounting_yaw", {"value": 0.1}, 0.999, 0.01),
+    (Q, "marker_tilt", {"roll": 0.03, "pitch": -0.02}, 0.999, 0.01),
     (Q, "yaw_bias", {"value": 0.1}, 0.999, 0.01),
     (Q, "lever_arm", {"rx": 0.03, "ry": -0.02, "rz": 0.01}, 0.999, 0.01),
     (Q, "sensor_sign:wy", {"value": -1.0}, 0.999, 0.01),

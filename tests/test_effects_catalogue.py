@@ -21,7 +21,7 @@ COMMAND = {"gain", "offset", "limit", "rate_limit", "delay", "lag", "dead_band",
 QUADROTOR = {
     *("added_mass", "payload", "thrust_curve", "battery_sag", "com_offset", "rotor_loss", "ground_effect"),
     *("torque_bias", "motor_lag", "rate_loop_gain", "rate_damping", "flapping_moment", "translational_lift"),
-    *("rotor_reaction", "mounting_tilt", "mounting_yaw", "inertia_axes"),
+    *("rotor_reaction", "mounting_tilt", "marker_tilt", "mounting_yaw", "inertia_axes"),
 }
 CAR = {
     *("tyre_friction", "lateral_slip", "rolling_resistance", "slope", "wheelbase", "yaw_drag"),

@@ -23,6 +23,7 @@ from sym2real.tasks import make_task
 CASES = [
     (CRAZYFLIE, "mounting_tilt", {"roll": 0.1, "pitch": -0.2}),
     (CRAZYFLIE, "mounting_yaw", {"value": 0.4}),
+    (CRAZYFLIE, "marker_tilt", {"roll": 0.06, "pitch": -0.04}),
     (CRAZYFLIE, "yaw_bias", {"value": 0.4}),
     (CRAZYFLIE, "sensor_sign:wy", {"value": -1.0}),
     (CRAZYFLIE, "sensor_scale:vx", {"value": 3.0}),

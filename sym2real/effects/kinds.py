@@ -29,7 +29,7 @@ FILES = {
     ),
     "links": ("link_centre", "link_inertia", "link_length"),
     "forces": ("wind", "linear_drag", "quadratic_drag", "periodic_force"),
-    "mountings": ("mounting_tilt", "mounting_yaw", "yaw_bias", "lever_arm"),
+    "mountings": ("mounting_tilt", "marker_tilt", "mounting_yaw", "yaw_bias", "lever_arm"),
     "readings": ("sensor_sign", "sensor_bias", "sensor_scale", "sensor_lag", "time_shift"),
     "parameter": ("parameter",),
 }

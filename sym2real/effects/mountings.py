@@ -7,6 +7,9 @@ The board's axes are the body's turned by roll φ about x, then by pitch θ abou
 
     q_measured = q ⊗ δ        ω_measured = δ⁻¹ ω        ω_cmd = δ ω_cmd, sent
 
+``marker_tilt``. The attitude alone is that of tilted axes, as of markers that were not put on straight, beside a gyro
+that was: q_measured = q ⊗ δ.
+
 ``yaw_bias``. Measured yaw is off by a constant: ψ_measured = ψ + b. Of an attitude q_measured = R_z(b) ⊗ q, so that
 a force on the robot seems to act elsewhere.
 
@@ -74,9 +77,13 @@ def _attitude_turned(equations: Equations, body: Body, turn: Turn) -> Equations:
     return reporting(equations.substitute(changes), outputs)
 
 
-def _mounting_tilt_substitute(equations: Equations, values: Values, body: Body) -> Equations:
+def _marker_tilt_substitute(equations: Equations, values: Values, body: Body) -> Equations:
     roll, pitch = values["roll"], values["pitch"]
-    equations = _attitude_turned(equations, body, lambda quaternion, sign: turned(quaternion, roll, pitch, sign))
+    return _attitude_turned(equations, body, lambda quaternion, sign: turned(quaternion, roll, pitch, sign))
+
+
+def _mounting_tilt_substitute(equations: Equations, values: Values, body: Body) -> Equations:
+    roll, pitch, equations = values["roll"], values["pitch"], _marker_tilt_substitute(equations, values, body)
     changes, outputs = dict[str, Expr](), dict[str, Expr]()
     if COMMANDS[0] in body.names:
         rows = _matrix(roll, pitch)
@@ -96,8 +103,12 @@ def _measured(quaternion: Array, turn: Callable[[Rotation], Rotation]) -> Array:
     return measured if measured @ quaternion >= 0 else -measured
 
 
+def _tilted(values: Numbers) -> Rotation:
+    return Rotation.from_euler("XY", [values["roll"], values["pitch"]])
+
+
 def _inject(body: Body, values: Numbers) -> Change:
-    board = Rotation.from_euler("XY", [values["roll"], values["pitch"]])
+    board = _tilted(values)
     layout = body.layouts.state
     attitude, rates = layout.indices(QUATERNION), layout.indices(RATES)
 
@@ -116,10 +127,14 @@ def _inject(body: Body, values: Numbers) -> Change:
     return Change("", command=(lambda: command) if looped else None, measure=lambda: report)
 
 
-MOUNTING_TILT = Kind(
-    name="mounting_tilt",
+_tilt = partial(
+    Kind,
     stage="measurement",
     parameters=of_any_body(*several(("roll", "pitch"), "rad", null=0.0, low=-MOST, high=MOST, scale=0.03)),
+    robot="quadrotor",
+)
+MOUNTING_TILT = _tilt(
+    name="mounting_tilt",
     formula=r"q_m = q \otimes \delta, \quad \omega_m = \delta^{-1}\omega",
     summary="The sensor board is mounted at an angle to the thrust line.",
     confused_with="wind, while yaw stays",
@@ -129,7 +144,6 @@ MOUNTING_TILT = Kind(
     of_joints="gravity_tilt",
     substitute=_mounting_tilt_substitute,
     needs=QUATERNION,
-    robot="quadrotor",
     searching=Searching(shown_in=lambda _: (Shown.YAW,)),
 )
 
@@ -143,17 +157,36 @@ def _mounting_yaw_substitute(equations: Equations, values: Values, body: Body) -
     return _attitude_turned(equations, body, lambda quaternion, sign: product(quaternion, _about_z(angle, sign)))
 
 
-def _attitude_report(turn: Callable[[Rotation, Rotation], Rotation]) -> Inject:
-    """The truth of an attitude that is measured turned about z: attitude and turn → what is measured."""
+def _turned_about_z(values: Numbers) -> Rotation:
+    return Rotation.from_euler("Z", values["value"])
+
+
+def _attitude_report(
+    turn: Callable[[Rotation, Rotation], Rotation], by: Callable[[Numbers], Rotation] = _turned_about_z
+) -> Inject:
+    """The truth of an attitude that is measured turned: attitude and turn → what is measured."""
 
     def report(state: Array, body: Body, values: Numbers) -> Array:
-        places, about_z = body.layouts.state.indices(QUATERNION), Rotation.from_euler("Z", values["value"])
-        state[places] = _measured(state[places], lambda attitude: turn(attitude, about_z))
+        places, by_that = body.layouts.state.indices(QUATERNION), by(values)
+        state[places] = _measured(state[places], lambda attitude: turn(attitude, by_that))
         return state
 
     return truth.measuring(report)
 
 
+MARKER_TILT = _tilt(
+    name="marker_tilt",
+    formula=r"q_m = q \otimes \delta",
+    summary="The measured attitude's axes are tilted against the thrust line and against those of gyro and commands.",
+    confused_with="mounting_tilt in slow turns; wind, while yaw stays",
+    shown_by="fast turns about every axis",
+    fix="redo the rigid body's zero in the motion capture with the robot level",
+    inject=_attitude_report(lambda attitude, tilt: attitude * tilt, _tilted),
+    substitute=_marker_tilt_substitute,
+    needs=(*QUATERNION, *RATES),
+    # Slow turns do not tell it from a board that is tilted, which flies alike.
+    searching=Searching(why_not=lambda _: LATER, shown_in=lambda _: (Shown.YAW,)),
+)
 _of_an_angle = partial(
     Kind,
     stage="measurement",

@@ -11,16 +11,13 @@ import torch
 from scipy.optimize import lsq_linear
 from torch import Tensor
 
-from sym2real.diagnosis.estimate.fit import CONVERGED, Fit, Free, Hypothesis, Problems
+from sym2real.diagnosis.estimate.fit import CONVERGED, LINE_SEARCH, Fit, Free, Hypothesis, Problems
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.trajectory import Array
 
 # Gauss–Newton steps from the start, and from the result with another whitening.
 STEPS, AGAIN = 4, 2
-# Parts of every curvature that are added to it, of which the best is taken (Marquardt 1963): along directions of which
-# the data say next to nothing a whole step is far too long, and a part of it makes a part of the others' way.
-DAMPING = (0.0, 0.001, 0.03, 1.0)
 # Precision of a parameter beforehand, in units of its scale.
 PRIOR = 1.0
 # Part of a curvature that may be rounding: what is left of it after the free starts of segments are projected out.
@@ -67,12 +64,12 @@ def _with_a_start(problems: Problems, competing: Sequence[Candidate], values: Te
 
 
 def improved(problems: Problems, free: Free, values: Tensor, centre: Tensor, steps: int) -> Tensor:
-    """Levenberg–Marquardt steps within bounds, the prior's mean at ``centre``, until another is not worth it."""
+    """Gauss–Newton steps within bounds, the prior's mean at ``centre``, until another is not worth it."""
     slots = list(free)
     for _ in range(steps if free else 0):
         fit = problems.quadratics([Hypothesis(free, values)])[0]
-        moves = (_bounded_step(problems, fit, centre, damping) for damping in DAMPING)
-        trials = torch.stack([values, *(problems.moved(fit, move) for move in moves)])
+        step = _bounded_step(problems, fit, centre)
+        trials = torch.stack([values, *(problems.moved(fit, step * part) for part in LINE_SEARCH)])
         away = (trials[:, slots] - centre[slots]) / problems.library.scale[slots]
         losses = torch.cat([fit.loss.sum()[None], problems.totals(trials[1:])]) + PRIOR * away.square().sum(1)
         best = int(losses.argmin())
@@ -82,12 +79,11 @@ def improved(problems: Problems, free: Free, values: Tensor, centre: Tensor, ste
     return values
 
 
-def _bounded_step(problems: Problems, fit: Fit, centre: Tensor, damping: float) -> Tensor:
-    """Minimum of the damped quadratic model and the prior within bounds, as a step in units of scale ``# (A,)``."""
+def _bounded_step(problems: Problems, fit: Fit, centre: Tensor) -> Tensor:
+    """Minimum of the quadratic model and the prior within bounds, as a step in units of scale ``# (A,)``."""
     library, slots = problems.library, list(fit.free)
     values, unit = fit.values[slots], library.scale[slots]
-    curvature = fit.curvature.sum(0).numpy() + PRIOR * np.eye(len(slots))
-    factor = root(curvature + damping * np.diag(curvature.diagonal()))
+    factor = root(fit.curvature.sum(0).numpy() + PRIOR * np.eye(len(slots)))
     gradient = fit.gradient.sum(0).numpy() + PRIOR * ((values - centre[slots]) / unit).numpy()
     low, high = (((bound[slots] - values) / unit).numpy() for bound in library.bounds)
     target, bounds = -np.linalg.solve(factor, gradient), (np.minimum(low, -1e-12), np.maximum(high, 1e-12))

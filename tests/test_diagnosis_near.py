@@ -319,8 +319,14 @@ def test_an_effect_that_saves_no_more_than_the_standard_error_gives_way_to_a_pla
     assert plainer(chosen(keys, "linear_drag", flights=strong)) is None
 
 
-def test_a_plainer_set_of_which_two_effects_are_others_takes_the_place_of_what_stands() -> None:
-    """A quadratic drag that joins neither a mass nor a gain of the thrust, and is known beside the gain."""
+@pytest.mark.parametrize("worse", [False, True])
+def test_a_plainer_set_of_which_two_effects_are_others_takes_the_place_of_what_stands(
+    worse: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A quadratic drag that joins neither a mass nor a gain of the thrust, and is known beside the gain.
+
+    Where predictions are worse by it, it does not.
+    """
     flights = flights_with_all({"quadratic_drag": {"value": 0.008}, "added_mass": {"value": 0.002}})
     selection = chosen(("linear_drag", "added_mass", "gain:thrust", "quadratic_drag"), flights=flights)
     linear, mass, gain, drag = selection.candidates
@@ -333,8 +339,20 @@ def test_a_plainer_set_of_which_two_effects_are_others_takes_the_place_of_what_s
     settle(predicted)
     assert selection.present.names == {mass.name, linear.name}
     selection.beside([gain, drag], selection.fit)
+    if worse:
+        monkeypatch.setattr(Predicted, "no_worse", lambda *_: False)
     assert settle(predicted) == ()
-    assert {own.name for own in selection.chosen} in ({gain.name, drag.name}, {mass.name, drag.name})
+    plain = ({gain.name, drag.name}, {mass.name, drag.name})
+    assert {own.name for own in selection.chosen} in (({mass.name, linear.name},) if worse else plain)
+
+
+def test_predictions_say_which_of_two_sets_is_worse() -> None:
+    selection = chosen(("wind", "added_mass"), "wind")
+    predicted = Predicted(selection, selection.problems.problem.library, selection.problems.problem.data)
+    windy, calm = selection.present, selection.without(selection.present, selection.chosen[0])
+    assert predicted.no_worse(windy, calm)
+    assert not predicted.no_worse(calm, windy)
+    assert predicted.no_worse(calm, calm)
 
 
 @pytest.mark.parametrize(("logs", "stays"), [(4, False), (8, True)], ids=["four logs", "eight logs"])

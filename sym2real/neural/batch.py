@@ -74,11 +74,13 @@ class Batch:
             networks: count of them.
             windows: numbers of the windows.
         """
-        reached = self.error[self.starts[windows] - 1].expand(-1, -1, networks.count)
+        reached = self.error[self.starts[windows] - 1].repeat(1, 1, networks.count)
         wrong, errors, outputs = torch.zeros_like(reached), list[Tensor](), list[Tensor]()
         for step in range(len(self.scale)):
             row = self.starts[windows] + step
-            output = networks(self.seen[row] + (self.felt[row] @ reached).permute(2, 0, 1)).permute(1, 2, 0)
+            seen = self.seen[row] + (self.felt[row] @ reached).permute(2, 0, 1)
+            # Products of matrices that do not lie in one piece are computed one by one.
+            output = networks(seen.contiguous()).permute(1, 2, 0).contiguous()
             output = output if step else output.detach()
             added = self.error[row] + self.moved[row] @ output
             reached, wrong = (torch.baddbmm(added, self.carried[row], at) for at in (reached, wrong))

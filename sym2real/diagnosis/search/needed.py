@@ -99,6 +99,10 @@ class Predicted:
         surely = max(rises[name] for name in judged(rises)) > 1.0 + SETTINGS.worth_saying
         return no_worse(whole, other) and (surely or self.established(larger.fit, larger.candidate))
 
+    def no_worse(self, effects: EffectSet, other: EffectSet) -> bool:
+        """Whether no error is larger by a set beyond chance than by another one, as far as logs predict."""
+        return not self.horizons or no_worse(*self._by([effects, other]))
+
     def established(self, fit: Fit, candidate: Candidate) -> bool:
         """Whether whole logs tell an effect of a fit from trim."""
         return beyond_trim(self.selection.problems, fit, candidate, self.selection.origin, self.selection.tested)

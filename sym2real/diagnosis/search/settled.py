@@ -29,13 +29,15 @@ def settle(predicted: Predicted) -> tuple[Candidate, ...]:
     Those that predictions do not need are returned.
 
     What is refuted beside some effects need not be beside others: a delay beside play gives way to a lag, and stands
-    beside a gain. So a plainer set further away that costs no more takes the place of what stands if it stands, too.
+    beside a gain. So a plainer set further away that costs no more takes the place of what stands if it stands, too,
+    and predicts no worse.
     """
     selection, dropped = predicted.selection, _settled(predicted, predicted.selection.present)
     near = Near.of(selection).with_elsewhere()
     if (other := plainer_set(near, near.elsewhere)) is not None:
         instead = _settled(predicted, other)
-        if plainer_set(near, [by_own_starts(selection, selection.present)]) is not None:
+        plainer = plainer_set(near, [by_own_starts(selection, selection.present)])
+        if plainer is not None and predicted.no_worse(plainer, near.present):
             return instead
         selection.put(near.present.chosen, near.present.fit)
     return dropped

@@ -129,9 +129,23 @@ def test_the_rows_are_those_of_new_positions_and_commands_go_on_between_them(tmp
     (log,) = read_logs(file, spec, dt=0.02)
     assert log.dt == pytest.approx(0.2)
     np.testing.assert_allclose(log.state[:, :2], driven()[["x", "y"]].to_numpy()[~between])
+    np.testing.assert_allclose(log.action[:, 0], driven()["steer"].to_numpy().reshape(60, 10).mean(1))
     assert any("540 of 600 rows left out, for want of numbers in x, y" in note for note in log.notes)
     assert any("x, y are new in every 10 rows" in note for note in log.notes) is not empty
     assert step_of_logs([file], spec) == 0.02
+
+
+def test_rows_of_which_every_second_repeats_all_that_is_measured_are_those_of_a_slower_sensor(tmp_path: Path) -> None:
+    """Commands go on in between; where a heading does as well, every second row of positions is left to the checks."""
+    drive, second = driven(), np.arange(600) % 2 == 1
+    for columns, rows in ((["x", "y", "yaw"], 300), (["x", "y"], 600)):
+        held = driven()
+        held.loc[second, columns] = np.nan
+        (tmp_path / str(rows)).mkdir()
+        file = saved(tmp_path / str(rows), held.ffill())
+        (log,) = read_logs(file, LogSpec.parse(inspect_logs(file).toml()))
+        assert len(log) == rows
+        np.testing.assert_allclose(log.state[:: rows // 300, :2], drive[["x", "y"]].to_numpy()[~second])
 
 
 def test_a_position_that_repeats_now_and_then_or_stands_still_is_no_slower_sensor(tmp_path: Path) -> None:

@@ -350,6 +350,7 @@ def test_without_stamps_no_log_is_read_until_the_rows_a_second_are_filled_in(tmp
     """Any number would pass for a rate, and every slope and delay of the answer would be off by it."""
     file = save(tmp_path, {"x": np.arange(50.0), "y": np.zeros(50)})
     found = inspect_logs(file)
+    assert found.waiting
     with pytest.raises(DataError, match=r"time\.rate to be a number > 0"):
         LogSpec.parse(found.toml())
     with pytest.raises(DataError, match="the rows a second, which a log without stamps does not say"):

@@ -189,3 +189,31 @@ def test_a_fast_wheel_that_begins_anew_after_a_turn_is_unwrapped() -> None:
     """It turns by more than a quarter turn from row to row, and stays within a turn."""
     angle = 1.9 * np.arange(200.0)
     np.testing.assert_allclose(unwrapped(angle % (2 * np.pi)), angle, atol=1e-9)
+
+
+def test_one_joint_of_which_every_second_row_repeats_is_named_and_the_other_is_not() -> None:
+    def spoil(rows: Array) -> Array:
+        places = [COLUMNS.index(name) for name in ("q2", "q2_rate")]
+        rows[1::2, places] = rows[:-1:2, places]
+        return rows
+
+    checked = check(BASE, read(spoil))
+    (fault,) = checked.faults
+    assert fault.evidence.startswith("rows that repeat in q2 q2_rate:")
+    for log, healthy in zip(checked.data, read(times(1.0)), strict=True):
+        known = healthy.state[: len(log)]  # the last row repeats the one before, and nothing comes after it
+        np.testing.assert_array_equal(log.state[:, 0], known[:, 0])
+        missed = (log.state - known)[5:-5]
+        assert np.abs(missed).max() < 0.05 * np.ptp(healthy.state)
+
+
+def test_a_command_beyond_its_range_is_said_to_be_logged_before_it_is_cut_off() -> None:
+    high = float(LINKS.high[0])
+
+    def beyond(rows: Array) -> Array:
+        rows[50:60, COLUMNS.index("tau1")] = 2.0 * high
+        return rows
+
+    (note,) = (note for note in check(BASE, read(beyond)).notes if "beyond its range" in note)
+    assert note.startswith(f"tau1 goes beyond its range by the description, {-high:g} to {high:g}, in ")
+    assert not any("beyond its range" in note for note in check(BASE, read(times(1.0))).notes)

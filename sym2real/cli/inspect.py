@@ -52,7 +52,8 @@ class Inspect:
         text = inspection.toml()
         if self.out:
             write_text(self.out, text)
-            console.print(f"specification in {self.out}; use it with --spec {self.out}", markup=False)
+            waiting = "fill in what its lines leave open, then " if inspection.waiting else ""
+            console.print(f"specification in {self.out}; {waiting}use it with --spec {self.out}", markup=False)
         else:
             console.print(text, markup=False, soft_wrap=True)
         line = nominal_line(inspection, self.out) if self.model is None else NominalLine("")

@@ -42,14 +42,16 @@ def is_slow(values: Array) -> bool:
     return bool(there.any() and (there[:-1] & ~there[1:]).sum() >= ALONE * there.sum())
 
 
-def without_held(table: Table, places: Sequence[str]) -> tuple[Table, tuple[str, ...]]:
+def without_held(table: Table, places: Sequence[str], others: Collection[str] = ()) -> tuple[Table, tuple[str, ...]]:
     """Positions that a logger repeats until the next one comes as empty cells behind each, and a note on them.
 
-    As those of a satellite receiver in the rows of a faster controller: all of them change together, in every n-th row.
+    As those of a satellite receiver in the rows of a faster controller: all of them change together, in every n-th row;
+    in every second row only where all else that is measured stands with them.
 
     Args:
         table: as read.
         places: columns of positions.
+        others: of what else is measured.
     """
     values = [table.columns[name] for name in places if name in table.columns]
     if len(values) < 2 or np.isnan(values).any():
@@ -58,7 +60,12 @@ def without_held(table: Table, places: Sequence[str]) -> tuple[Table, tuple[str,
     rows, together = np.flatnonzero(changes.any(0)) + 1, changes.all(0).sum()
     steps = np.diff(rows)
     often = float(np.median(steps)) if len(steps) >= FEWEST_STEPS else 0.0
-    if often < SLOWEST or min(together / len(rows), np.mean(np.abs(steps - often) <= 1.0)) < MOSTLY:
+    stands = ~changes.any(0)
+    beside = [np.diff(table.columns[name])[stands] == 0.0 for name in others if name in table.columns and stands.any()]
+    # Every second row's are no chance where all of them are: a step more or less is half of two.
+    least, off = (SLOWEST, 1.0) if often >= SLOWEST else (2, 0.0)
+    alone = often < SLOWEST and not (beside and np.mean(beside) > MOSTLY)
+    if alone or often < least or min(together / len(rows), np.mean(np.abs(steps - often) <= off)) < MOSTLY:
         return table, ()
     new = np.isin(np.arange(len(table)), [0, *rows])
     held = {name: np.where(new, table.columns[name], np.nan) for name in places if name in table.columns}
@@ -73,6 +80,7 @@ def without_dropouts(
     stamp: str = "",
     *,
     places: Collection[str] = (),
+    averaged: frozenset[str] = frozenset(),
 ) -> tuple[Table, tuple[str, ...]]:
     """The rows in which all of these columns hold a number, and a note on the others.
 
@@ -83,6 +91,7 @@ def without_dropouts(
         sent: those of commands; of rows of their own, what is in force halfway to the next row that is kept.
         stamp: of stamps, in order.
         places: those of positions: the rows are theirs, as a position that stands is none.
+        averaged: commands whose mean until the next row stands in a row of slower positions.
 
     Raises:
         DataError: for a column that is slower than the others, or when no row is left.
@@ -101,6 +110,9 @@ def without_dropouts(
     if not gone.any():
         return table, ()
     rows = table[~gone]
+    if any(name in table.columns and is_slow(table.columns[name]) for name in places):
+        whole = [name for name in there if name in averaged and not empty[name].any()]
+        rows = rows.with_columns({name: _mean_until_next(table.columns[name], ~gone) for name in whole})
     commands = {name: values for name, values in last.items() if name in sent}
     if commands and stamp in table.columns and (np.diff(table.columns[stamp]) >= 0.0).all():
         place = in_force(table.columns[stamp], rows.columns[stamp])
@@ -131,6 +143,12 @@ def without_repeats(table: Table, stamp: str) -> tuple[Table, tuple[str, ...]]:
     where = _stretches(table.lines[repeats])
     note = f"{repeats.sum()} of {len(table)} {LEFT_OUT}, which repeat the one before, stamp and all: rows {where}"
     return table[~repeats], (note,)
+
+
+def _mean_until_next(values: Array, kept: NDArray[np.bool_]) -> Array:
+    """Of values in every row ``# (rows,)`` their mean from each kept one to before the next ``# (kept,)``."""
+    first = np.flatnonzero(kept)
+    return np.asarray(np.add.reduceat(values, first) / np.diff(np.append(first, len(values))))
 
 
 def _require_pace(table: Table, name: str) -> None:

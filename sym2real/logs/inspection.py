@@ -56,6 +56,12 @@ class Inspection:
         """Columns whose sign looks reversed."""
         return tuple(row.column for row in self.rows if row.meaning.startswith("sign suspected"))
 
+    @property
+    def waiting(self) -> bool:
+        """Whether a user must fill in lines before logs can be read by it: a model's columns, rows a second."""
+        open_lines = (line for lines in self.comments.values() for line in lines)
+        return self.spec.time.rate == 0.0 or any('"…"' in line for line in open_lines)
+
     def toml(self) -> str:
         """The proposal as TOML, with the evidence as comments and suspected flips commented out."""
         return spec_text.specification(self.spec, self.comments)

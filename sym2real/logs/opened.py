@@ -19,7 +19,7 @@ from sym2real.logs.even_rows import with_even_stamps
 from sym2real.logs.grouping import trajectory, visible
 from sym2real.logs.missing import listed, specification
 from sym2real.logs.of_model import for_model
-from sym2real.logs.resample import REGULAR, gaps, is_regular, resample
+from sym2real.logs.resample import REGULAR, TURNED, gaps, is_regular, resample
 from sym2real.logs.sources import actions_of, along_body, commands_of, sources_of
 from sym2real.logs.specification import LogSpec
 from sym2real.logs.standard import Standard, own_specification, stamps, standardise, tidy
@@ -68,8 +68,12 @@ class Opened:
             raise whole.without(used.time.column, "of time stamps", specification(whole.path))
         flown, sent = whole[used.drop_first : used.drop_first + rows], commands_of(used, model_layouts)
         places = tuple(used.columns[name].column for name in POSITION.columns if name in used.columns)
-        flown, held = without_held(flown, places)
-        table, left_out = without_dropouts(flown, used.sources, used.hold, sent, used.time.column, places=places)
+        measured = [name for name in used.sources if name not in {*places, *sent, used.time.column}]
+        flown, held = without_held(flown, places, measured)
+        turned = {source.column for name, source in used.columns.items() if name in TURNED}
+        table, left_out = without_dropouts(
+            flown, used.sources, used.hold, sent, used.time.column, places=places, averaged=sent - turned
+        )
         standard = standardise(table, used)
         notes = [] if given is None else [*standard.notes]
         if dropped := len(whole) - rows:

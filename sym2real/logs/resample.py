@@ -28,6 +28,7 @@ THINNED = 1.5
 
 RESAMPLED = "resampled to"  # what a note of it begins with
 BRIDGED = "bridged"  # column of ones where a row was lost between two commands that differ: nobody knows what was sent
+TURNED = frozenset(column for name in ATTITUDES for column in attitude_columns(name)).union(*HEADINGS)  # of no mean
 COMMANDS = frozenset(column for group, field in VOCABULARY if group == "action" for column in field.columns)
 
 
@@ -80,8 +81,7 @@ def resample(log: Standard, dt: float, layouts: Layouts, *, polled: bool = True)
     grid = time[0] + dt * np.arange(int(np.floor((time[-1] - time[0]) / dt + 1e-6)) + 1)
     in_force = np.searchsorted(time, grid + 0.5 * dt, side="left") - 1
     latest = np.searchsorted(time, grid, side="right") - 1
-    turned = {column for name in ATTITUDES for column in attitude_columns(name)}.union(*HEADINGS)
-    averaged = frozenset[str]() if _a_row_a_step(time, dt) else commands - turned
+    averaged = frozenset[str]() if _a_row_a_step(time, dt) else commands - TURNED
     columns: Columns = {}
     for name, values in log.columns.items():
         if name in averaged:

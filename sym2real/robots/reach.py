@@ -1,4 +1,4 @@
-"""Whether logs lie where a robot's joints can be."""
+"""Whether logs lie where a robot's joints can be, and its commands where its actuators go."""
 
 import numpy as np
 
@@ -8,6 +8,24 @@ from sym2real.robots.robot import Robot
 from sym2real.vocabulary import LARGEST_PLACE, roughly
 
 ENDS = (0.05, 0.95)  # quantiles of a log: single rows may be wrong
+
+
+BEYOND = 0.02  # of a range, by which a command may be rounded beyond its end
+
+
+def notes_on_commands(robot: Robot | None, logs: Dataset) -> list[str]:
+    """Commands that go beyond the ranges that a robot's description gives its actuators, where it has them."""
+    if robot is None or robot.layouts.action != logs.layouts.action:
+        return []
+    names, sent = logs.layouts.action.columns, np.concatenate([log.action for log in logs])
+    off = BEYOND * (robot.high - robot.low)
+    shares = ((sent < robot.low - off) | (sent > robot.high + off)).mean(0)
+    return [
+        f"{name} goes beyond its range by the description, {low:g} to {high:g}, in {100 * share:.2g} % of the rows: it "
+        f"was logged before it is cut off, and limit:{name} is that range"
+        for name, low, high, share in zip(names, robot.low, robot.high, shares, strict=True)
+        if share > 0.0
+    ]
 
 
 def require_reach(robot: Robot | None, logs: Dataset) -> None:

@@ -31,7 +31,7 @@ from sym2real.logs.differences import rates_on_time
 from sym2real.logs.dropouts import lost_in_reading
 from sym2real.logs.sources import AsRead
 from sym2real.robots.own import robot_of
-from sym2real.robots.reach import require_reach
+from sym2real.robots.reach import notes_on_commands, require_reach
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Trajectory
 
@@ -99,12 +99,14 @@ def _checked(model: Equations | None, logs: tuple[Trajectory, ...]) -> Checked:
     for settle in steps:
         faults, data = settle(data)
         all_faults += faults
-    require_reach(None if model is None else robot_of(model), data)
+    robot = None if model is None else robot_of(model)
+    require_reach(robot, data)
     data = rates_on_time(data if sensors is None else through(sensors.measured, data))
     data = with_common_clock(data if model is None else with_lost_commands(model, data))
     notes = (
         *lost_in_reading(data),
         *slow_notes(model, data),
+        *notes_on_commands(robot, data),
         *(line for name, command in excitation(list(data)).items() for line in command.limit_notes(name)),
         *exactness(sum(exact(log) for log in data), len(data)),
     )

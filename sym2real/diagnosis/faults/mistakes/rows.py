@@ -11,6 +11,7 @@ interpolated; longer runs cut the log, and nothing is made up inside.
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 
 import numpy as np
 import torch
@@ -21,6 +22,7 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.start import ROWS
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects.along_logs import from_row_to_row
+from sym2real.field import Field
 from sym2real.logs.noise import MAD_TO_SIGMA
 from sym2real.logs.sources import AsRead
 from sym2real.logs.standing import Rows, stretches
@@ -97,7 +99,12 @@ def bad_rows(data: Dataset, model: Equations | None = None) -> list[BadRows]:
 def joints_that_jump(data: Dataset, model: Equations | None = None) -> list[BadRows]:
     """Each joint's own sensor. A torque that steps moves a light joint so, if it is the right one in the right unit."""
     fields = (field for field in data.layouts.state.fields if not field.frame and field.kind == "vector")
-    return _jumps(data, ((column,) for field in fields for column in field.columns), model)
+    return _jumps(data, chain.from_iterable(map(_sensors, fields)), model)
+
+
+def _sensors(field: Field) -> list[tuple[str, ...]]:
+    """Columns of a field that one sensor measures: a vector's all, of joints each its own."""
+    return [field.columns] if field.frame else [(column,) for column in field.columns]
 
 
 def _jumps(data: Dataset, sensors: Iterable[tuple[str, ...]], model: Equations | None) -> list[BadRows]:
@@ -110,8 +117,9 @@ def _jumps(data: Dataset, sensors: Iterable[tuple[str, ...]], model: Equations |
 
 
 def _all_that_repeats(data: Dataset) -> BadRows | None:
-    """The fields that repeat in the same rows as the first that does: one sensor or link holds several."""
-    repeats = [bad for field in data.layouts.state.fields if (bad := _repeated(data, field.columns)) is not None]
+    """The sensors that repeat in the same rows as the first that does: one link holds several."""
+    sensors = chain.from_iterable(map(_sensors, data.layouts.state.fields))
+    repeats = [bad for columns in sensors if (bad := _repeated(data, columns)) is not None]
     if not repeats:
         return None
     alike = [bad for bad in repeats if all(map(np.array_equal, bad.rows, repeats[0].rows))]
@@ -126,8 +134,10 @@ def _repeated(data: Dataset, columns: Sequence[str]) -> BadRows | None:
         stale = np.concatenate([[False], change == 0.0])
         rows.append(stale)
         fresh = ~stale[1:] & ~stale[:-1]
-        step = float(np.median(change[fresh])) if fresh.any() else 0.0
         behind = ~stale[1:] & stale[:-1]
+        step = float(np.median(change[fresh])) if fresh.any() else 0.0
+        if not fresh.any() and not (stale[1:] & stale[:-1]).any() and behind.any():  # every second row
+            step = float(np.median(change[behind])) / 2
         caught_up += [*(change[behind] / step)] if step > 0 else []
     few = sum(int(part.sum()) for part in rows) < SETTINGS.negligible * data.rows
     if few or not caught_up or float(np.median(caught_up)) < SETTINGS.gap:

@@ -204,7 +204,7 @@ def test_one_joint_of_which_every_second_row_repeats_is_named_and_the_other_is_n
         known = healthy.state[: len(log)]  # the last row repeats the one before, and nothing comes after it
         np.testing.assert_array_equal(log.state[:, 0], known[:, 0])
         missed, before = (np.square(own - known)[:, [1, 3]].mean(0) for own in (log.state, spoilt.state[: len(log)]))
-        assert (missed < 0.1 * before).all()
+        assert (missed < (0.1, 0.6) * before).all()  # a rate takes another turn in every row, with its torque
 
 
 def test_a_command_beyond_its_range_is_said_to_be_logged_before_it_is_cut_off() -> None:

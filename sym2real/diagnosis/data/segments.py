@@ -89,10 +89,6 @@ class Segments:
         own = ("log", "row", "start", "warm_up", "before", "measured")
         return replace(self, **{name: getattr(self, name)[which.numpy()] for name in own})
 
-    def first(self, part: float) -> Segments:
-        """Their first part."""
-        return replace(self, measured=self.measured[:, : round(part * self.length)])
-
     def edges(self, pieces: int) -> NDArray[np.int64]:
         """Steps at which equal pieces of a segment begin, and the last one ends ``# (pieces + 1,)``."""
         return np.linspace(0, self.length - 1, pieces + 1).round().astype(np.int64)

@@ -24,8 +24,6 @@ from sym2real.vocabulary import JOINT_ANGLE, JOINT_DISPLACEMENT
 # How an error is measured (docs/method.md): windows start every so many s, and end after these.
 STRIDE = 0.1
 HORIZONS = (0.1, 0.2, 0.5, 0.8, 1.0)
-# Free run in s: a car drifts slowly, a quadrotor with a wrong model is upside down after two seconds.
-FREE_RUN = {"heading": 5.0, "otherwise": 2.0}
 # Error of a prediction that is no number; its square is one.
 LARGEST = float(np.finfo(np.float32).max)
 # The horizon (s) that a finding is judged at: about as long as a controller's.
@@ -33,7 +31,6 @@ JUDGED_AT = 0.8
 # Channels by which predictions are judged: what a user sees, and what logs do not have by differencing.
 JUDGED = ("position", "attitude", "yaw", JOINT_DISPLACEMENT.name, JOINT_ANGLE.name)
 
-CHANNEL_OF_FIELD = {"heading": "yaw"}
 UNIT_OF_KIND = {"quaternion": "rad", "circle": "rad"}
 
 
@@ -89,8 +86,8 @@ class Windows:
 
 
 def free_run_seconds(layout: Layout) -> float:
-    """How long a free run is, s."""
-    return FREE_RUN["heading" if layout.has_field("heading") else "otherwise"]
+    """How long a free run is, s: a car drifts slowly, a quadrotor with a wrong model is upside down after two."""
+    return 5.0 if layout.has_field("heading") else 2.0
 
 
 def judged(channels: Iterable[str]) -> list[str]:
@@ -101,7 +98,7 @@ def judged(channels: Iterable[str]) -> list[str]:
 
 def channel_name(field: Field) -> str:
     """What reports call a field: its name, but "yaw" for a heading on the circle."""
-    return CHANNEL_OF_FIELD.get(field.name, field.name)
+    return "yaw" if field.name == "heading" else field.name
 
 
 def channel_units(layout: Layout) -> dict[str, str]:

@@ -22,7 +22,7 @@ from torch import Tensor
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.segments import COMPARED, Segments, cut
 from sym2real.diagnosis.estimate.fit import Fit, Free, Hypothesis, Problems
-from sym2real.diagnosis.estimate.full_model import improved
+from sym2real.diagnosis.estimate.full_model import fitted, improved
 from sym2real.diagnosis.estimate.variances import LEAST
 from sym2real.diagnosis.estimate.whitening import Spread, Whitened, Whitening
 from sym2real.diagnosis.predict.candidate import Candidate
@@ -140,14 +140,13 @@ def calibrated(library: Library, candidates: Sequence[Candidate], data: Dataset,
     """
     problem = Problem(library, data, cut(data, variances.fields))
     spread = Spread.of(problem, library.null)
-    whitening = spread.like(variances)
-    problems = Problems(problem, whitening)
+    problems = Problems(problem, spread.like(variances))
     smooth = [candidate for candidate in candidates if not candidate.needs_start]
     free = tuple(dict.fromkeys(slot for candidate in smooth for slot in candidate.free))
     everything = problems.quadratics([Hypothesis(free, library.null)])[0]
-    chosen = _worth_it(problems, everything, smooth, SETTINGS.base_gain * whitening.freedom)
-    free = tuple(slot for candidate in chosen for slot in candidate.free)
-    return Calibration(problem, spread, whitening, improved(problems, free, library.null, library.null, STEPS))
+    chosen = _worth_it(problems, everything, smooth, SETTINGS.base_gain * problems.whitening.freedom)
+    values = fitted(problems, chosen, library.null, library.null, STEPS)
+    return Calibration(problem, spread, problems.whitening, values)
 
 
 def _worth_it(problems: Problems, everything: Fit, candidates: Sequence[Candidate], least: float) -> list[Candidate]:

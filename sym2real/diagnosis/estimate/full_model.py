@@ -39,16 +39,17 @@ def full_fit(problems: Problems, competing: Sequence[Candidate], start: Tensor, 
         # Means of the priors: those of effects whose null is infinitely far are where they have been found.
         centre, slots = start.clone(), [slot for candidate in kept for slot in candidate.slots]
         centre[slots] = last[slots]
-        return _fitted(problems, [*smooth, *kept], centre, last, AGAIN)
-    fits = [_fitted(problems, smooth, start, start, STEPS)]
+        return fitted(problems, [*smooth, *kept], centre, last, AGAIN)
+    fits = [fitted(problems, smooth, start, start, STEPS)]
     for candidates in (others, smooth):
         away, started = _with_a_start(problems, candidates, start)
         if started:
-            fits.append(_fitted(problems, [*smooth, *started], away, away, STEPS))
+            fits.append(fitted(problems, [*smooth, *started], away, away, STEPS))
     return fits[int(problems.totals(fits).argmin())]
 
 
-def _fitted(problems: Problems, chosen: Sequence[Candidate], centre: Tensor, values: Tensor, steps: int) -> Tensor:
+def fitted(problems: Problems, chosen: Sequence[Candidate], centre: Tensor, values: Tensor, steps: int) -> Tensor:
+    """As :func:`improved`, with all parameters of some effects free."""
     free = tuple(dict.fromkeys(slot for candidate in chosen for slot in candidate.free))
     return improved(problems, free, values, centre, steps)
 

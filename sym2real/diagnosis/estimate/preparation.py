@@ -216,7 +216,8 @@ def whiten(problem: Problem, effects: tuple[Candidate, ...]) -> Whitened:
     beside one from no effect; where that leaves more, disturbances spread as the full model predicts, not the base.
     """
     null, segments, fits = problem.library.null, problem.segments, list[torch.Tensor]()
-    for piece in (Problem(problem.library, problem.data, segments.first(FIRST)), problem):
+    first = replace(segments, measured=segments.measured[:, : round(FIRST * segments.length)])
+    for piece in (Problem(problem.library, problem.data, first), problem):
         problem, spread, whitening = _restarted(piece, null)
         problems = Problems(problem, whitening)
         fits = [full_fit(problems, effects, null), *(full_fit(problems, effects, null, fit) for fit in fits)]

@@ -143,10 +143,8 @@ class Distance:
 
         All that is free beside the effect stays free. A part below 0 is none.
         """
-        values = fit.values.clone()
-        values[candidate.slots] = origin[candidate.slots]
         rest = tuple(slot for slot in fit.free if slot not in candidate.free)
-        before = problems.fit([Hypothesis(rest, values)])[0]
+        before = problems.fit([Hypothesis(rest, candidate.copied(origin, into=fit.values))])[0]
         beside = tuple(slot for slot in fit.whole if slot not in candidate.free)
         (columns,) = problems.problem.linearised(fit.values[None], [beside])
         whole, slopes = columns[..., :1], columns[..., 1:]

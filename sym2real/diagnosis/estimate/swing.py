@@ -42,7 +42,6 @@ from sym2real.least_squares import solve
 from sym2real.trajectory import Array
 from sym2real.vocabulary import FORCE, POSITION
 
-FORCES = FORCE.columns
 # Periods that the longest log must hold, and the fastest swing in periods per piece of a segment.
 PERIODS, FASTEST = 3.0, 0.25
 # Steps of a frequency in units of 1/duration, and finer ones about the peak.
@@ -191,7 +190,7 @@ def smallest_swings(problems: Problems, chance: float) -> tuple[Swing | None, di
 def _forces(problems: Problems) -> list[str]:
     """Inputs that may swing; none in logs too short to tell, or to hold a frequency."""
     enough = problems.block_count >= SETTINGS.fewest_pieces and len(_frequencies(problems.problem)[0]) > 0
-    return [name for name in FORCES if enough and uses(problems.library.equations, name)]
+    return [name for name in FORCE.columns if enough and uses(problems.library.equations, name)]
 
 
 def _rows(problems: Problems, values: Tensor, names: list[str]) -> Rows:

@@ -70,10 +70,6 @@ class Products:
         root = factor.sqrt()[:, None]
         return replace(self, residuals=self.residuals * root, outer=self.outer * root[..., None])
 
-    def by_channel(self, rows: Tensor) -> Tensor:
-        """Sums over all segments of what stands by row ``# (S, R) → (C,)``."""
-        return rows.new_zeros(self.inner.shape[1]).index_add(0, self.channel, rows.sum(0))
-
 
 def most_likely(products: Products, sensor: Tensor, power: Tensor) -> tuple[Tensor, Tensor]:
     """Variances of channels ``# (C,)`` and of disturbances ``# (D,)`` after :data:`STEPS` steps from those given."""
@@ -99,7 +95,7 @@ def _factors(products: Products, sensor: Tensor, power: Tensor) -> tuple[Tensor,
     spread = scale * (root.mT @ root) * scale[:, None]  # covariance of the columns' coefficients
     held = (spread @ along[..., None])[..., 0]
     left = products.residuals - (products.columns @ held[..., None])[..., 0]
-    squares = products.by_channel(left.square()) * weight.square()
+    squares = products.channel.bincount(left.square().sum(0)) * weight.square()
     lost = (products.inner @ spread.flatten(1)[..., None])[..., 0].sum(0)
     trace = len(left) * products.channel.bincount() * weight - weight.square() * lost
     hits = (held / scale.square()).square()

@@ -43,11 +43,9 @@ PIECES = 5
 # What may wander: places and angles, which estimators add up.
 WANDERING = {"position", "attitude", "heading"}
 SHARES = (0.1, 1.0, 10.0, 100.0)  # of a walk's step, beside the white noise: each tenfold is ten times the variance
-# Standard deviation of the free start in the tangent's units, far above any error of its estimate.
+# Standard deviation of the free start in the tangent's units, far above any error of its estimate; of others 1.
 FREE_START = {"position": 0.05, "attitude": 0.2, "heading": 0.3, "velocity": 0.5, "rate": 2.0}
-FREE_OTHERWISE = 1.0
-# What counts as one disturbance, and its first guess: share of the weight, angular acceleration, command.
-DISTURBANCE_SIZES = dict(zip((*STEERING.columns, *SPEED.columns), (0.05, 0.1), strict=True))
+# What counts as one disturbance, and its first guess: share of the weight, angular acceleration.
 FORCE_SHARE, TORQUE_ACCELERATION, JOINT_ACCELERATION = 0.01, 1.0, 0.1
 # Degrees of freedom that compete with infinitely many, and rounds of weights and variances.
 TAILS, TRUST_ROUNDS = (3.0, 5.0, 8.0, 12.0, 20.0, 40.0, 80.0), 3
@@ -89,12 +87,16 @@ class Whitening:
         whole = (columns.square() * self.weight[:, None]).sum(dim=1)
         return (whole - (self.lost.mT @ columns).square().sum(dim=1)).T * self.trust
 
-    def misfit(self, residuals: Tensor) -> float:
-        """Whitened squares per degree of freedom of residuals ``# (S, R)``, every segment trusted alike.
+    def squares(self, residuals: Tensor) -> Tensor:
+        """Whitened squares of every segment ``# (S,)`` of residuals ``# (S, R)``, every segment trusted alike.
 
         Trust keeps odd segments from deciding a fit; it must not keep them from being seen.
         """
-        return float(replace(self, trust=torch.ones_like(self.trust)).loss(residuals[None]).sum()) / self.freedom
+        return replace(self, trust=torch.ones_like(self.trust)).loss(residuals[None])[0]
+
+    def misfit(self, residuals: Tensor) -> float:
+        """The same of all segments, per degree of freedom."""
+        return float(self.squares(residuals).sum()) / self.freedom
 
     def deviance(self, residuals: Tensor) -> float:
         """Minus twice the logarithm of the likelihood of residuals ``# (S, R)``, but for what is the same for all."""
@@ -216,7 +218,7 @@ class Whitened:
 
 def free_start(layout: Layout) -> Tensor:
     """Standard deviation of the free start ``# (tangent,)``."""
-    free = [FREE_START.get(field.name, FREE_OTHERWISE) for field in layout.fields for _ in range(field.tangent_size)]
+    free = [FREE_START.get(field.name, 1.0) for field in layout.fields for _ in range(field.tangent_size)]
     return torch.tensor(free, dtype=torch.float64)
 
 
@@ -233,7 +235,7 @@ def disturbances(equations: Equations) -> list[tuple[str, float]]:
     if used and not planar:
         return [(name, sizes[name]) for name in used]
     others = dict.fromkeys(THRUST.columns, FORCE_SHARE * weight)
-    others |= {**dict.fromkeys(RATE_COMMAND.columns, 0.1), **DISTURBANCE_SIZES}
+    others |= dict.fromkeys((*RATE_COMMAND.columns, *SPEED.columns), 0.1) | dict.fromkeys(STEERING.columns, 0.05)
     spans = {name: numbers.get(f"{name}_range", 0.05 / SPAN_PART) for name in equations.layouts.action}
     return [(name, others.get(name, SPAN_PART * span)) for name, span in spans.items()]
 
@@ -293,13 +295,12 @@ def estimate(
 
 def _trust(whitening: Whitening, residuals: Tensor) -> Tensor:
     """Weight of every segment ``# (S,)``; ones where the residuals' tails are not clearly heavy."""
-    plain = replace(whitening, trust=torch.ones_like(whitening.trust))
-    squares, size = plain.loss(residuals[None])[0], whitening.freedom / len(residuals)
+    squares, size = whitening.squares(residuals), whitening.freedom / len(residuals)
     gaussian = float((-size / 2 * log(2) - squares / 2).sum())
     # Logarithm of Student's density of so many components, but for what does not depend on ν.
     heights = {nu: lgamma((nu + size) / 2) - lgamma(nu / 2) - size / 2 * log(nu) for nu in TAILS}
     likely = {nu: float((heights[nu] - (nu + size) / 2 * torch.log1p(squares / nu)).sum()) for nu in TAILS}
     nu = max(likely, key=lambda degrees: likely[degrees])
     if 2 * (likely[nu] - gaussian) < SETTINGS.heavy_tails:
-        return plain.trust
+        return torch.ones_like(squares)
     return (nu + size) / (nu + squares)

@@ -36,7 +36,6 @@ THAN = "what moves the robot as the model says"
 # Of factors, and between which one is that of a gain.
 GRID, GAIN = np.geomspace(1e-5, 1e7, 120), (1.0 / SETTINGS.far, SETTINGS.far)
 MOST_ROWS = 500
-LITTLE = 1e6  # what a command is divided by of which only the way counts
 
 
 def _positions(data: Dataset) -> Judged:
@@ -190,7 +189,8 @@ class Steps:
         Others 1 ``# (A,)``.
         """
         none = torch.full((1, len(self._action)), inf, dtype=torch.float64)
-        short, *less = self._missing(torch.cat([none, none.repeat(len(self._action), 1).fill_diagonal_(LITTLE)]))
+        # Divided by so much that of a command only the way counts.
+        short, *less = self._missing(torch.cat([none, none.repeat(len(self._action), 1).fill_diagonal_(1e6)]))
         moved = torch.stack([short - left for left in less])
         most = (moved.square().mean(1) / self._changed).nan_to_num(posinf=0.0).argmax(1)
         apart, alone = (part - part.mean(-2, keepdim=True) for part in (short, moved))

@@ -32,8 +32,6 @@ MENDED = {
     TIME_SHIFT.name: ": {0} by {ms:.0f} ms earlier",
 }
 IN_A_LOOP = "; a rate loop on board that sees it turns the robot, as a torque about that axis does"
-# Faults that a model can have and a controller can undo; a time shift is neither.
-OF_SENSORS = (SENSOR_SCALE.name, SENSOR_BIAS.name)
 
 
 def clock_of(step: float, data: Dataset) -> Settled:
@@ -69,7 +67,8 @@ def sensors_of(model: Equations | None, data: Dataset) -> Settled:
             loop = IN_A_LOOP if reading.column in RATES and data.layouts.state.has_field(ATTITUDE.name) else ""
             fix = EFFECTS[kind].fix + MENDED[kind].format(read.column(reading.column), **known, loop=loop)
             effect = "" if isinstance(reading, OfWheel) else f"{kind}:{reading.column}"
-            faults.append(Fault(effect, evidence, fix, value, bool(effect) and kind in OF_SENSORS))
+            # A model can have a scale or a bias, and a controller undo it; a time shift is neither.
+            faults.append(Fault(effect, evidence, fix, value, bool(effect) and kind != TIME_SHIFT.name))
     return faults, data
 
 

@@ -55,7 +55,6 @@ class Reading:
         of: what it is the rate of: the attitude, the position or a joint.
         scale, bias, shift: factor, offset in the column's unit, s; 1, 0 and 0 where nothing is wrong.
         unsure: standard deviation of the offset.
-        correlation: of what the sensor says and the other measurement, over stretches.
     """
 
     column: str
@@ -64,7 +63,6 @@ class Reading:
     bias: float
     unsure: float
     shift: float
-    correlation: float
 
     @property
     def faulty(self) -> dict[str, float]:
@@ -151,8 +149,7 @@ def _reading(signals: Sequence[Signals], column: str, of: str, honest: float, no
     # Predictions begin with the speed that a wheel says, right or wrong: their own scale is beyond chance or none.
     if (scale_and_bias := _scale_and_bias(tables[rows], noise, noisy or of == PATH)) is None:
         return None
-    together = float(np.corrcoef(tables[rows][:, 0], tables[rows][:, 1])[0, 1])
-    return Reading(column, POSITION.name if of in POSITION.columns else of, *scale_and_bias, shift, together)
+    return Reading(column, POSITION.name if of in POSITION.columns else of, *scale_and_bias, shift)
 
 
 def _shift(tables: Mapping[int, Array], dt: float, honest: float, variance: float) -> tuple[int, float] | None:
@@ -225,11 +222,10 @@ def _fit(table: Array) -> tuple[Array, Array, Array]:
     return values, inverse @ meat @ inverse, left
 
 
-def _beyond_time(table: Array) -> tuple[Array, Array]:
-    """Δθ and ∫w beyond what time and Δw explain of them ``# (stretches,)``."""
+def _beyond_time(table: Array) -> Array:
+    """Δθ and ∫w beyond what time and Δw explain of them ``# (2, stretches)``."""
     both, others = table[:, :2], table[:, 2:]
-    turned, whole = (both - others @ np.linalg.lstsq(others, both, rcond=None)[0]).T
-    return turned, whole
+    return np.asarray((both - others @ np.linalg.lstsq(others, both, rcond=None)[0]).T)
 
 
 def _slopes(turned: Array, whole: Array) -> tuple[float, float]:

@@ -74,13 +74,11 @@ def excitation(logs: Sequence[Trajectory]) -> dict[str, Excitation]:
     """How much every command varied, by its column."""
     layout = logs[0].layouts.action
     values = np.concatenate([trajectory.action for trajectory in logs])
-    followed = _feedback(logs, values)
     varied = {}
-    for name, column, feedback in zip(layout, values.T, followed, strict=True):
-        low, high = float(column.min()), float(column.max())
+    for name, column, feedback in zip(layout, values.T, _feedback(logs, values), strict=True):
         pieces = [trajectory.column(name) for trajectory in logs]
-        spread, ends = (float(column.std()), low, high), at_extremes(pieces)
-        varied[name] = Excitation(*spread, *ends, float(feedback), reversal(pieces), layout.units[name])
+        spread = float(column.std()), float(column.min()), float(column.max())
+        varied[name] = Excitation(*spread, *at_extremes(pieces), float(feedback), reversal(pieces), layout.units[name])
     return varied
 
 

@@ -49,6 +49,12 @@ class Candidate:
         values[self.free[0]] = level
         return values
 
+    def copied(self, source: Tensor, into: Tensor) -> Tensor:
+        """A parameter set ``# (P,)`` with the effect's parameters as another one has them."""
+        copy = into.clone()
+        copy[self.slots] = source[self.slots]
+        return copy
+
 
 def library_for(
     equations: Equations, data: Dataset, exclude: Collection[str] = (), include: Sequence[str] = ()

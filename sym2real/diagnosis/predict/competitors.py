@@ -1,7 +1,6 @@
 """Which effects compete in a diagnosis, and why each of the others does not: what was not tested is not refuted."""
 
 from collections.abc import Collection, Mapping
-from contextlib import suppress
 from dataclasses import dataclass
 from fnmatch import fnmatch
 from functools import lru_cache
@@ -10,8 +9,8 @@ import numpy as np
 import torch
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.predict.library import Library, library_of
-from sym2real.effects import Effect, effect
+from sym2real.diagnosis.predict.library import library_of
+from sym2real.effects import Effect
 from sym2real.effects.catalogue import known
 from sym2real.effects.filters import spelled_out
 from sym2real.effects.groups import unnamed
@@ -41,17 +40,10 @@ def competing(
     while True:
         reasons = _reasons(equations, data, exclude, refused)
         keys = tuple(key for key, reason in reasons.items() if not reason)
-        more = {} if _composed(equations, keys) else {key: why for key in keys if (why := _refused(key, equations))}
+        more = {key: why for key in keys if (why := _refused(equations, key))} if _refused(equations, *keys) else {}
         if not more:
             return keys, tuple(NotTested(key, reason) for key, reason in reasons.items() if reason)
         refused |= more
-
-
-def _composed(equations: Equations, keys: tuple[str, ...]) -> bool:
-    """Whether the equations can be given all of these effects; what comes of it is kept for the search."""
-    with suppress(ModelError):
-        return bool(library_of(equations, keys))
-    return False
 
 
 def _reasons(
@@ -82,10 +74,13 @@ def _why_not(effect: Effect, equations: Equations, data: Dataset, exclude: Colle
 
 
 @lru_cache(maxsize=512)
-def _refused(key: str, equations: Equations) -> str:
-    """Why the equations cannot be given an effect that has all it names: a force without a place, a number for that."""
+def _refused(equations: Equations, *keys: str) -> str:
+    """Why the equations cannot be given effects that have all they name: a force without a place, a number for that.
+
+    "" where they can be; what comes of it is kept for the search.
+    """
     try:
-        Library.of(equations, [effect(key, equations)])
+        library_of(equations, keys)
     except ModelError as error:
         return str(error)
     return ""

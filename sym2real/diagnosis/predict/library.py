@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 
 import torch
 from sympy import Expr, Symbol
@@ -109,15 +109,17 @@ class Library:
 
     def model(self, dt: float) -> torch.jit.ScriptModule:
         """(state, commands, inputs, parameters) → state ``dt`` s later, in float64; commands of :meth:`parts` parts."""
-        return _compiled(at_period(self.form, dt, apart=True))
+        return _in_double(at_period(self.form, dt, apart=True))
 
     def parts(self, dt: float) -> int:
         """Parts of a row of ``dt`` s, each with commands of its own."""
         return steps_within(self.equations, dt)
 
     @cached_property
-    def measuring(self) -> tuple[int, ...]:
-        """Slots of effects that change what is measured."""
+    def measuring(self) -> tuple[int, ...] | None:
+        """Slots without whose effects measurements are the state itself; None where the base's are not."""
+        if self.base.output:
+            return None
         measuring = {key for key, effect in self.effects.items() if effect.stage == "measurement"}
         return tuple(i for i, slot in enumerate(self.slots) if slot.effect in measuring)
 
@@ -157,9 +159,7 @@ def _symbol(effect: Effect, name: str, parameter: str) -> Symbol:
     return symbol(f"{plain.name}_{number}") if number else plain
 
 
-@lru_cache(maxsize=64)
-def _compiled(equations: Equations) -> torch.jit.ScriptModule:
-    return compile_model(equations, dtype=torch.float64)
+_in_double = lru_cache(maxsize=64)(partial(compile_model, dtype=torch.float64))
 
 
 @lru_cache(maxsize=64)

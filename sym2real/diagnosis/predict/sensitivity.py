@@ -140,23 +140,18 @@ class Problem:
             sent = sent + pushes[0].repeat(1, 1, 1, library.parts(self.data.dt))
             known = known + pushes[1]
         predicted = self._rolled_out(start, sent, known, parameters)
-        turned = self._turned(sets)
+        turned = library.busy(sets, library.measuring)
         states = _with_first(start, predicted, columns)
         if turned.any():
             whole = _with_first(start[turned], predicted[turned], range(start.shape[-1]))
             states[turned] = self._measured(whole, parameters[turned][..., None, :])[..., columns]
         return states
 
-    def _turned(self, sets: Tensor) -> Tensor:
-        """Parameter sets whose measurements are not the state itself ``# (B,)``."""
-        whole = None if self.library.base.output else self.library.measuring
-        return self.library.busy(sets, whole)
-
     def _start(self, measured: Tensor, sets: Tensor, parameters: Tensor, moves: Tensor | None) -> Tensor:
         """State whose measurement is ``measured``, moved by a tangent step ``# (B, S, state)``."""
         layout = self.segments.layout
         start = measured.expand(len(parameters), -1, -1)
-        turned = self._turned(sets)
+        turned = self.library.busy(sets, self.library.measuring)
         if turned.any():
             start = start.clone()
             start[turned] = self._unmeasured(measured, parameters[turned])

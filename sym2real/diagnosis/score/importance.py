@@ -40,8 +40,7 @@ def _ordered(selection: Selection) -> Ordered:
     order, values = _order(selection), selection.origin
     ordered: Ordered = []
     for number, candidate in enumerate(order[:-1], start=1):
-        values = values.clone()
-        values[candidate.slots] = selection.fit.values[candidate.slots]
+        values = candidate.copied(selection.fit.values, into=values)
         (fit,) = selection.problems.fit([Hypothesis(selection.free(order[:number]), values)])
         ordered.append((candidate, fit))
         values = fit.values

@@ -177,8 +177,7 @@ class Beam:
     def _around(self, centre: EffectSet) -> Iterator[EffectSet]:
         """A set, and it with each of its effects left out."""
         yield centre
-        for left_out in centre.chosen:
-            yield self._without(centre, left_out)
+        yield from (self._without(centre, left_out) for left_out in centre.chosen)
 
     def _towards_significance(self, best: EffectSet) -> Iterator[EffectSet]:
         """Of cheaper sets than the best one, what they are without one of the effects that are not beyond chance."""

@@ -49,7 +49,7 @@ from sym2real.diagnosis.unexplained.disturbance_terms import (
 from sym2real.diagnosis.unexplained.features import part_of_changes
 from sym2real.diagnosis.unexplained.leftover import Leftover, split_in_words
 from sym2real.effects.kind import with_unit
-from sym2real.least_squares import solve
+from sym2real.least_squares import inflation, solve
 from sym2real.logs.conditions import WHERE
 
 # Terms for which variances are estimated without them.
@@ -153,7 +153,8 @@ class Terms:
         """Whether a term goes beyond chance, and neither a step nor what was found hides it."""
         if judged.chance(self.problems.blocks) >= SETTINGS.false_alarms or self._hidden_in_a_step(judged):
             return False
-        return judged.term.name != CONSTANT or judged.inflation <= SETTINGS.far**2  # beside an offset
+        # Of a constant beside an offset that was found nobody knows which of the two it is.
+        return judged.term.name != CONSTANT or float(inflation(judged.curvature.sum(0))[-1]) <= SETTINGS.far**2
 
     def alone(self, judged: TermFit) -> tuple[TermFit, Whitening]:
         """A term under variances that are estimated without it."""

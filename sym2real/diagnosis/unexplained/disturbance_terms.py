@@ -26,7 +26,7 @@ from sym2real.diagnosis.estimate.whitening import PIECES, Spread, Whitening
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.unexplained.channels import Channel, offsets_of
 from sym2real.diagnosis.unexplained.features import MOVES, ahead_of, features_of, means, within
-from sym2real.least_squares import inflation, solve
+from sym2real.least_squares import solve
 from sym2real.trajectory import Array
 
 CONSTANT = "constant"
@@ -249,11 +249,6 @@ class TermFit:
     def step(self) -> Tensor:
         """To the best parameters and terms ``# (A + ΣK,)``."""
         return solve(self.curvature.sum(0), -self.gradient.sum(0))
-
-    @property
-    def inflation(self) -> float:
-        """Times as wide as alone the interval of its last number is beside what was found."""
-        return float(inflation(self.curvature.sum(0))[-1])
 
     @property
     def most(self) -> float:

@@ -68,16 +68,10 @@ def part_of_changes(segments: Segments, changes: Tensor) -> float:
     """Largest part of any field's motion that changes in segments make ``# (S, N·C)``."""
     paths, middle = changes.unflatten(1, (segments.length, -1)), (segments.length - 1) // 2
     moved = paths[:, -1] - 2 * paths[:, middle] + paths[:, 0]
-    motion = _motion(segments, middle)
-    fields = torch.tensor(segments.channel)
-    return max(_size(moved[:, fields == field]) / _size(motion[:, fields == field]) for field in fields.unique())
-
-
-def _motion(segments: Segments, middle: int) -> Tensor:
-    """Of what was measured ``# (S, C)``."""
-    layout = segments.layout
     first, centre, last = (segments.measured[:, row] for row in (0, middle, -1))
-    return (layout.difference(last, centre) - layout.difference(centre, first))[:, list(segments.compared)]
+    measured = segments.layout.difference(last, centre) - segments.layout.difference(centre, first)
+    motion, fields = measured[:, list(segments.compared)], torch.tensor(segments.channel)
+    return max(_size(moved[:, fields == field]) / _size(motion[:, fields == field]) for field in fields.unique())
 
 
 def _size(moved: Tensor) -> float:

@@ -6,10 +6,7 @@ chance by ranks: H. Mann, D. Whitney, "On a test of whether one of two random va
 the other", Ann. Math. Statist. 18 (1947) 50–60.
 """
 
-from dataclasses import replace
-
 import numpy as np
-import torch
 from scipy.stats import mannwhitneyu
 from torch import Tensor
 
@@ -49,7 +46,7 @@ def find_where_odd(problems: Problems, left: Tensor) -> tuple[Leftover, ...]:
         problems: the logs.
         left: residuals of what was found ``# (S, R)``.
     """
-    whole, pieces = replace(problems.whitening, trust=torch.ones(len(left)).double()), odd_pieces(problems)
+    pieces = odd_pieces(problems)
     odd = np.isin(np.arange(len(left)), pieces)
     if not 0 < len(pieces) <= SETTINGS.mostly * len(odd):
         return ()
@@ -59,7 +56,7 @@ def find_where_odd(problems: Problems, left: Tensor) -> tuple[Leftover, ...]:
     apart = tests[end].statistic >= SETTINGS.nearly * len(pieces) * (len(odd) - len(pieces))
     if not apart or tests[end].pvalue >= SETTINGS.false_alarms_of_each(len(tests)):
         return ()
-    (name, sign), from_on, squares = end, reached[end][odd].min(), whole.loss(left[None])[0]
+    (name, sign), from_on, squares = end, reached[end][odd].min(), problems.whitening.squares(left)
     where = f"{name} is {'above' if sign > 0 else 'below'} {sign * from_on:.3g}"
     motion = part_of_changes(problems.problem.segments, left)
     share, words = float(squares[pieces].sum() / squares.sum()), f"{len(pieces)} of {len(odd)} pieces"

@@ -78,7 +78,7 @@ def _instead_of(selection: Selection, own: Candidate) -> Leftover | None:
 def _moved(selection: Selection, fit: Fit, part: Part) -> float:
     """Part of the robot's motion that its model and what was found differ by."""
     problem = selection.problems.problem
-    sets = fit.values, _without(selection, fit.values, part), selection.fit.values
+    sets = fit.values, part.candidate.copied(selection.origin, into=fit.values), selection.fit.values
     there, elsewhere, present = problem.residuals(torch.stack(sets))
     return part_of_changes(problem.segments, torch.where(part.inside[:, None], there, elsewhere) - present)
 
@@ -147,13 +147,7 @@ def _fitted(selection: Selection, free: Free, values: Tensor, part: Part) -> Fit
 
 
 def _about(selection: Selection, free: Free, values: Tensor, part: Part) -> Fit:
-    sets = values, _without(selection, values, part)
+    # Elsewhere the effect is what calibration says of the base.
+    sets = values, part.candidate.copied(selection.origin, into=values)
     there, elsewhere = selection.problems.quadratics([Hypothesis(free, own) for own in sets])
     return _in_part(there.mixed(part.inside, elsewhere), part.candidate, part.inside)
-
-
-def _without(selection: Selection, values: Tensor, part: Part) -> Tensor:
-    """The parameter set elsewhere ``# (P,)``, where the effect is what calibration says of the base."""
-    values, slots = values.clone(), part.candidate.slots
-    values[slots] = selection.origin[slots]
-    return values

@@ -19,8 +19,6 @@ from sym2real.trajectory import Array
 from sym2real.vocabulary import POSITION
 
 MOST = 3  # mistakes in one set of logs
-# That commands may be written late by, or take effect after.
-COMMAND_ROWS = range(-SHIFTED, SHIFTED + 1)
 ROUNDING = 1e-6  # of the squares
 Gain = tuple[float, Breach]  # by how much the squares missed fall over all quantities, and what is undone
 
@@ -68,7 +66,8 @@ def _late_commands(balances: Balances, data: Dataset) -> Breach | None:
     """
     if data.dt < (1.0 - SETTINGS.same) * balances.model.dt:  # such rows are no steps of the model
         return None
-    lates = [Late("commands", data.layouts.action.columns, rows, data.dt) for rows in COMMAND_ROWS]
+    # By rows that commands may be written late by, or take effect after.
+    lates = [Late("commands", data.layouts.action.columns, rows, data.dt) for rows in range(-SHIFTED, SHIFTED + 1)]
     likely = [step_likelihood(balances.model, of_all(late, data)) for late in lates]
     best = int(np.argmax(likely))
     beside = max(value for late, value in zip(lates, likely, strict=True) if late.rows <= 0)

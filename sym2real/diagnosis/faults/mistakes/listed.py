@@ -132,9 +132,8 @@ def _exchanged(balance: Balance, field: str, vectors: Vectors, *, of_measured: b
     measured, predicted = balance.of_field(field)
     if len(vectors[0]) < 3:
         yield from _orders(vectors)
-    if len(vectors[0]) != 3 or measured.shape[1] != 3:
-        return
-    yield from _in_common(measured.T @ predicted if of_measured else predicted.T @ measured, vectors)
+    elif len(vectors[0]) == measured.shape[1] == 3:
+        yield from _in_common(measured.T @ predicted if of_measured else predicted.T @ measured, vectors)
 
 
 def _followed(data: Dataset, rates: Sequence[str], commands: Sequence[str]) -> Array:
@@ -175,8 +174,7 @@ def _turned(data: Dataset, balance: Balance, field: str) -> Iterator[Turned]:
     if not data.layouts.state.has_field(field):
         return
     # From the way a car moves to where it says that it points.
-    along = field == "heading"
-    angle = -between(courses(data), headings(data)) if along else _of_vectors(data, balance, field)
+    angle = -between(courses(data), headings(data)) if field == "heading" else _of_vectors(data, balance, field)
     if abs(angle) > SETTINGS.frame_turn:
         yield Turned(field, angle)
 

@@ -90,10 +90,8 @@ def bad_rows(data: Dataset, model: Equations | None = None) -> list[BadRows]:
             break
         damages.append(bad)
         data = whole
-    return [
-        *damages,
-        *_jumps(data, (field.columns for field in fields if field.frame and field.kind == "vector"), model),
-    ]
+    of_the_body = (field.columns for field in fields if field.frame and field.kind == "vector")
+    return [*damages, *_jumps(data, of_the_body, model)]
 
 
 def joints_that_jump(data: Dataset, model: Equations | None = None) -> list[BadRows]:

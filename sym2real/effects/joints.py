@@ -231,8 +231,7 @@ ARMATURE = _of_joint(
 def _heavier(spec: Any, body: Body, values: Numbers) -> None:
     """Mass and inertia of the body that the joint moves, and of those that are fixed to it."""
     model = spec.compile()
-    link = model.body_weldid[model.jnt_bodyid[model.joint(body.column).id]]
-    for fixed in np.flatnonzero(model.body_weldid == link):
+    for fixed in truth.link_of(model, body.column)[1]:
         write_inertia(spec.bodies[fixed], model, values["value"])
 
 

@@ -40,22 +40,16 @@ def _of_link(name: MechanicalQuantity, *, most: float = 3.0, **described: Any) -
     )
 
 
-def _bodies(model: Any, body: Body) -> tuple[int, list[int]]:
-    """The body that the bound joint moves, and all that are fixed to it with that."""
-    link = int(model.jnt_bodyid[model.joint(body.column).id])
-    return link, [int(fixed) for fixed in np.flatnonzero(model.body_weldid == link)]
-
-
 def _from_hinge(model: Any, body: Body, fixed: int, place: Array) -> Array:
     """From the bound joint to a place on one of those, in its axes, m ``# (3,)``."""
-    link, _ = _bodies(model, body)
+    link, _ = truth.link_of(model, body.column)
     there, turn = truth.placed(model, fixed, place, truth.UNTURNED, link)
     return np.asarray(turn.T @ (there - model.jnt_pos[model.joint(body.column).id]))
 
 
 def _further_out(spec: Any, body: Body, values: Numbers) -> None:
     model = spec.compile()
-    for fixed in _bodies(model, body)[1]:
+    for fixed in truth.link_of(model, body.column)[1]:
         write_inertia(spec.bodies[fixed], model)
         away = _from_hinge(model, body, fixed, model.body_ipos[fixed])
         spec.bodies[fixed].ipos = model.body_ipos[fixed] + (values["value"] - 1.0) * away
@@ -74,7 +68,7 @@ LINK_CENTRE = _of_link(
 
 def _harder_to_turn(spec: Any, body: Body, values: Numbers) -> None:
     model = spec.compile()
-    for fixed in _bodies(model, body)[1]:
+    for fixed in truth.link_of(model, body.column)[1]:
         write_inertia(spec.bodies[fixed], model)
         spec.bodies[fixed].inertia = values["value"] * model.body_inertia[fixed]
 
@@ -93,7 +87,7 @@ LINK_INERTIA = _of_link(
 
 def _longer(spec: Any, body: Body, values: Numbers) -> None:
     model = spec.compile()
-    _, carrying = _bodies(model, body)
+    _, carrying = truth.link_of(model, body.column)
     for child in range(1, model.nbody):
         parent = int(model.body_parentid[child])
         if parent in carrying and child not in carrying:

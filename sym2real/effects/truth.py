@@ -47,6 +47,12 @@ def placed(model: Any, body: int, place: Array, quaternion: Array, onto: int | N
     return place, turn.as_matrix()
 
 
+def link_of(model: Any, joint: str) -> tuple[int, list[int]]:
+    """The body that a joint moves, and all that are fixed to it with that."""
+    link = int(model.jnt_bodyid[model.joint(joint).id])
+    return link, [int(fixed) for fixed in np.flatnonzero(model.body_weldid == link)]
+
+
 def rotation(data: Any) -> Array:
     """Body→world matrix ``# (3, 3)``."""
     return np.array(data.xmat[robot_in(data.model)]).reshape(3, 3)

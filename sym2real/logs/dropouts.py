@@ -62,10 +62,9 @@ def without_held(table: Table, places: Sequence[str], others: Collection[str] = 
     often = float(np.median(steps)) if len(steps) >= FEWEST_STEPS else 0.0
     stands = ~changes.any(0)
     beside = [np.diff(table.columns[name])[stands] == 0.0 for name in others if name in table.columns and stands.any()]
-    # Every second row's are no chance where all of them are: a step more or less is half of two.
-    least, off = (SLOWEST, 1.0) if often >= SLOWEST else (2, 0.0)
-    alone = often < SLOWEST and not (beside and np.mean(beside) > MOSTLY)
-    if alone or often < least or min(together / len(rows), np.mean(np.abs(steps - often) <= off)) < MOSTLY:
+    slowest = 2 if beside and np.mean(beside) > MOSTLY else SLOWEST
+    off = 1.0 if often >= SLOWEST else 0.0  # a step more or less is half of two
+    if often < slowest or min(together / len(rows), np.mean(np.abs(steps - often) <= off)) < MOSTLY:
         return table, ()
     new = np.isin(np.arange(len(table)), [0, *rows])
     held = {name: np.where(new, table.columns[name], np.nan) for name in places if name in table.columns}

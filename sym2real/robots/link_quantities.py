@@ -16,7 +16,7 @@ def link_quantities(model: mujoco.MjModel) -> tuple[str, ...]:
     return tuple(
         quantity_of(kind, model.joint(joint).name)
         for joint in range(model.njnt)
-        if int(model.jnt_type[joint]) != FREE and joint == _last_of(model, int(model.jnt_bodyid[joint]))
+        if int(model.jnt_type[joint]) != FREE and joint == _joints_of(model, int(model.jnt_bodyid[joint]))[-1]
         for kind in _kinds(model, joint)
     )
 
@@ -36,25 +36,25 @@ def _turns(model: mujoco.MjModel, joint: int) -> bool:
     return int(model.jnt_type[joint]) == HINGE
 
 
-def _last_of(model: mujoco.MjModel, body: int) -> int:
-    return int(model.body_jntadr[body] + model.body_jntnum[body]) - 1
+def _joints_of(model: mujoco.MjModel, body: int) -> range:
+    first = int(model.body_jntadr[body])
+    return range(first, first + int(model.body_jntnum[body]))
 
 
 def _before(model: mujoco.MjModel, joint: int) -> Iterator[int]:
     """Joints that carry one."""
     body = int(model.jnt_bodyid[joint])
-    yield from range(int(model.body_jntadr[body]), joint)
+    yield from (own for own in _joints_of(model, body) if own < joint)
     while body := int(model.body_parentid[body]):
-        yield from range(int(model.body_jntadr[body]), int(model.body_jntadr[body] + model.body_jntnum[body]))
+        yield from _joints_of(model, body)
 
 
 def _next(model: mujoco.MjModel, joint: int) -> Iterator[int]:
     """First joints of the bodies that hang on the one that a joint moves."""
     link = int(model.jnt_bodyid[joint])
     for body in range(link + 1, model.nbody):
-        parent = int(model.body_parentid[body])
-        if model.body_jntnum[body] and int(model.body_weldid[parent]) == link:
-            yield int(model.body_jntadr[body])
+        if model.body_weldid[model.body_parentid[body]] == link:
+            yield from _joints_of(model, body)[:1]
 
 
 def _off_axis(model: mujoco.MjModel, joint: int, other: int) -> bool:

@@ -8,8 +8,6 @@ from sym2real.robots.robot import Robot
 from sym2real.vocabulary import LARGEST_PLACE, roughly
 
 ENDS = (0.05, 0.95)  # quantiles of a log: single rows may be wrong
-
-
 BEYOND = 0.02  # of a range, by which a command may be rounded beyond its end
 
 

@@ -6,7 +6,7 @@ Arrays are float64 NumPy; torch enters where models do.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import inf, nan
@@ -273,13 +273,22 @@ class Trajectory:
         """What was sent in each of so many equal parts of every row ``# (rows, parts, action)``.
 
         Raises:
-            ShapeError: where it is known for another number of parts.
+            ShapeError: where it is known for parts that do not make these up.
         """
         if self.between is None:
             return np.repeat(self.action[:, None], parts, axis=1)
-        if self.between.shape[1] != parts:
-            raise ShapeError(f"expected what was sent in {parts} parts of every row, found {self.between.shape[1]}")
-        return self.between
+        rows, known, columns = self.between.shape
+        if known % parts:
+            raise ShapeError(f"expected what was sent in {parts} parts of every row, found {known}")
+        return np.asarray(self.between.reshape(rows, parts, known // parts, columns).mean(2))
+
+    def changed(self, change: Callable[[Trajectory], Trajectory]) -> Trajectory:
+        """The log after a change of columns, of what was sent in the parts of a row as of the rows."""
+        after = change(self)
+        if self.between is None:
+            return after
+        parts = [change(replace(self, action=part)).action for part in self.between.swapaxes(0, 1)]
+        return replace(after, between=np.stack(parts, axis=1))
 
     def with_columns(self, columns: Mapping[str, Array]) -> Trajectory:
         """The log with other values ``# (rows,)`` in columns of its three groups; others are left out."""

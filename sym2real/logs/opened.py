@@ -20,6 +20,7 @@ from sym2real.logs.grouping import trajectory, visible
 from sym2real.logs.missing import listed, specification
 from sym2real.logs.of_model import for_model
 from sym2real.logs.resample import REGULAR, TURNED, gaps, is_regular, resample
+from sym2real.logs.sent_between import sent_in_all_rows, with_commands_between
 from sym2real.logs.sources import actions_of, along_body, commands_of, sources_of
 from sym2real.logs.specification import LogSpec
 from sym2real.logs.standard import Standard, own_specification, stamps, standardise, tidy
@@ -42,15 +43,28 @@ def _first_stamp(whole: Table, spec: LogSpec) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Opened:
-    """A log that has been read and named, before it is cut and sorted."""
+    """A log that has been read and named, before it is cut and sorted.
+
+    Args:
+        whole, table: as read, and the rows of it that are kept.
+        spec: what its columns mean.
+        layouts: of the model, without what no log holds.
+        standard: the kept rows in standard columns.
+        sent: commands of all rows, where they were logged more often than positions.
+        dt: s between two rows that are asked for.
+        gaps: rows behind one.
+        parts: steps of the model from row to row.
+    """
 
     whole: Table
     table: Table
     spec: LogSpec
     layouts: Layouts | None
     standard: Standard
+    sent: Standard | None
     dt: float | None
     gaps: list[int]
+    parts: int = 1
 
     @classmethod
     def open(cls, whole: Table, given: LogSpec | None, layouts: Layouts | None, dt: float | None) -> Opened:
@@ -78,14 +92,16 @@ class Opened:
         notes = [] if given is None else [*standard.notes]
         if dropped := len(whole) - rows:
             notes.append(f"{dropped} of {len(whole)} rows dropped at the ends")
-        standard = standard if given is None else tidy(standard, _first_stamp(whole, used))
+        start = None if given is None else _first_stamp(whole, used)
+        standard = standard if start is None else tidy(standard, start)
+        every = sent_in_all_rows(flown, used, places, actions_of(model_layouts), start)
         standard = replace(standard, notes=(*notes, *repeated, *held, *left_out))
         step = dt if dt is not None else used.time.dt
         # Where rows are missing, a log is in pieces whether anybody asks for equal steps or not.
         sends = [values for name, values in standard.columns.items() if name in actions_of(model_layouts)]
         whole_runs = used.time.column not in table.columns or (np.diff(table.columns[used.time.column]) >= 0.0).all()
         cuts = [] if step is None and not left_out and whole_runs else gaps(standard.time, step or 0.0, sends).tolist()
-        return cls(whole, table, used, known, standard, step, cuts)
+        return cls(whole, table, used, known, standard, every, step, cuts)
 
     def trajectory(self, start: int, stop: int, suffix: str) -> Trajectory:
         """Rows ``start`` to ``stop``; a suffix of the name says that it was cut."""
@@ -103,6 +119,8 @@ class Opened:
             log = resample(log, self.dt, known, polled=self.table.polled)
         name = self.table.metadata.get("name") or self.table.path.stem
         result = trajectory(self.table, log, known, name + suffix)
+        if self.sent is not None:
+            result = with_commands_between(result, self.sent, self.parts)
         notes = _own_notes(self.table) + result.notes
         return replace(
             result, raw=self.whole.columns, notes=notes, sources=sources_of(self.spec), along_body=along_body(self.spec)
@@ -133,7 +151,9 @@ def in_step(logs: Sequence[Opened], upsample: bool) -> list[Opened]:
     """The logs with one step, of the slowest where that is slower than what is asked for."""
     slowest = max((log.apart for log in logs), default=0.0)
     slow = not upsample and any(log.dt is not None and slowest > (1.0 + REGULAR) * log.dt for log in logs)
-    return [replace(log, dt=slowest) for log in logs] if slow else list(logs)
+    if not slow:
+        return list(logs)
+    return [replace(log, dt=slowest, parts=1 if log.dt is None else round(slowest / log.dt)) for log in logs]
 
 
 def _own_notes(table: Table) -> tuple[str, ...]:

@@ -86,6 +86,6 @@ def data_report(data: Logs, model: Equations | None = None) -> DataReport:
         commands=excitation(logs),
         agreements=agreements(list(checked.data)),
         exact=sum(exact(trajectory) for trajectory in logs),
-        spacing=tuple(slow_notes(model, checked.data)),
+        spacing=tuple(slow_notes(model, checked.data, checked.commands_lost)),
         faults=checked.faults,
     )

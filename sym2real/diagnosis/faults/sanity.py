@@ -81,7 +81,7 @@ def check(model: Equations | None, data: Dataset) -> Checked:
 @lru_cache(maxsize=2)  # the same logs are reported, diagnosed and drawn, and so are those that were kept aside
 def _checked(model: Equations | None, logs: tuple[Trajectory, ...]) -> Checked:
     all_faults: list[Fault] = []
-    data = Dataset(replace(log, between=None) for log in logs)
+    data = Dataset(logs)
     sensors = None if model is None else Sensors(model)
     data = data if sensors is None else through(sensors.state, data)
     frames, units, commands = looks_for(model)
@@ -102,15 +102,16 @@ def _checked(model: Equations | None, logs: tuple[Trajectory, ...]) -> Checked:
     robot = None if model is None else robot_of(model)
     require_reach(robot, data)
     data = rates_on_time(data if sensors is None else through(sensors.measured, data))
-    data = with_common_clock(data if model is None else with_lost_commands(model, data))
+    played = data if model is None else with_lost_commands(model, data)
+    commands_lost, data = played is not data, with_common_clock(played)
     notes = (
         *lost_in_reading(data),
-        *slow_notes(model, data),
+        *slow_notes(model, data, commands_lost),
         *notes_on_commands(robot, data),
         *(line for name, command in excitation(list(data)).items() for line in command.limit_notes(name)),
         *exactness(sum(exact(log) for log in data), len(data)),
     )
-    return Checked(data, tuple(all_faults), notes, any(log.between is not None for log in data))
+    return Checked(data, tuple(all_faults), notes, commands_lost)
 
 
 def looks_for(model: Equations | None) -> tuple[tuple[Look, ...], ...]:
@@ -167,9 +168,10 @@ def _signs(data: Dataset) -> Settled:
     return faults, of_all(Scaled((*wrong,), -1.0), data) if wrong else data
 
 
-def slow_notes(model: Equations | None, data: Dataset) -> list[str]:
+def slow_notes(model: Equations | None, data: Dataset, commands_lost: bool) -> list[str]:
     if model is None or data.dt <= (1.0 + SETTINGS.same) * model.dt:
         return []
     lost = "commands between rows are not in the logs, and what they did is not judged"
-    held = "commands are taken as held" if data[0].between is None else lost
-    return [f"rows are {data.dt:.4g} s apart, the model's steps {model.dt:g} s: {held}"]
+    known = "commands are taken as held" if data[0].between is None else "commands between rows are played as logged"
+    between = lost if commands_lost else known
+    return [f"rows are {data.dt:.4g} s apart, the model's steps {model.dt:g} s: {between}"]

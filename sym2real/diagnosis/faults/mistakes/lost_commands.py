@@ -25,12 +25,12 @@ ROWS = 2  # of a delay, at most, that commands may have in the comparison
 
 
 def with_lost_commands(model: Equations, data: Dataset) -> Dataset:
-    """The logs with what is expected of commands that were sent between their rows, where that predicts better.
+    """The logs with what is expected of commands that no row tells, sent between rows, where that predicts better.
 
     Beyond chance: by a likelihood ratio of the errors over a row.
     """
     parts = steps_within(model, data.dt)
-    if parts == 1:
+    if parts == 1 or data[0].between is not None:
         return data
     smooth = Dataset(_smooth(log, parts) for log in data)
     held, expected = (_likelihood_of_any_delay(model, logs, parts) for logs in (data, smooth))

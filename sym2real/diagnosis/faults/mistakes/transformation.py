@@ -245,4 +245,4 @@ def mended(transformation: Transformation, log: Trajectory) -> Trajectory:
 
 def as_meant(transformation: Transformation, log: Trajectory) -> Trajectory:
     """A log without the mistake, and without what the reader has made of it."""
-    return made_anew(log, transformation.undone(log))
+    return made_anew(log, log.changed(transformation.undone))

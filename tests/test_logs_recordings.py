@@ -108,6 +108,19 @@ def test_a_command_that_answers_a_row_stands_in_that_row(after: float) -> None:
     np.testing.assert_array_equal(table["drive.steer_cmd"], table["pose.x"])
 
 
+def test_a_row_has_the_mean_of_commands_that_come_faster_but_of_angles_that_go_round() -> None:
+    rng = np.random.default_rng(0)
+    stamps, sent_at = 0.02 * np.arange(40), np.sort(rng.uniform(-0.01, 0.8, 200))
+    sent, yaw = rng.standard_normal(200), rng.uniform(-3.0, 3.0, 200)
+    pose = Topic("pose", stamps, {"pose.x": stamps})
+    drive = Topic("drive", sent_at, {"drive.steer_cmd": sent, "drive.yaw_cmd": yaw})
+    table = Recording((pose, drive)).together(["pose.x", "drive.steer_cmd", "drive.yaw_cmd"])
+    fine = stamps[:, None] + 1e-6 * (np.arange(20_000) + 0.5)  # of a row every microsecond
+    held = sent[np.searchsorted(sent_at, fine, side="right") - 1].mean(1)
+    np.testing.assert_allclose(table["drive.steer_cmd"], held, atol=1e-3)
+    assert np.isin(table["drive.yaw_cmd"], yaw).all()
+
+
 def test_a_pose_counts_at_the_stamp_of_its_header(tmp_path: Path) -> None:
     path, spec = bag(tmp_path, late=0.08)
     late = read_log(path, spec)

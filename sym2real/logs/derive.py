@@ -40,6 +40,22 @@ def in_force(own: Array, stamps: Array) -> NDArray[np.int64]:
     return indices
 
 
+def mean_in_force(own: Array, values: Array, stamps: Array) -> Array:
+    """Mean of a command, which holds from each of its stamps ``own`` on, from every row to the next ``# (rows,)``.
+
+    The first holds before it was sent, too.
+    """
+    steps = np.diff(stamps)
+    ends = stamps + np.minimum(np.append(steps, np.inf), np.median(steps))  # not of a gap
+    summed = np.concatenate([[0.0], np.cumsum(values[:-1] * np.diff(own))])
+
+    def until(time: Array) -> Array:
+        last = np.maximum(np.searchsorted(own, time, side="right") - 1, 0)
+        return np.asarray(summed[last] + values[last] * (time - own[last]))
+
+    return np.asarray((until(ends) - until(stamps)) / (ends - stamps))
+
+
 def _windows(rows: int, around: int) -> NDArray[np.int64]:
     width = min(around, rows)
     start = np.clip(np.arange(rows) - width // 2, 0, rows - width)

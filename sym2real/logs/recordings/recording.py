@@ -2,7 +2,8 @@
 
 Rows are the stamps of the fastest measured topic that is asked for. What another topic *measured* is interpolated on
 the line between the messages on both sides; what it *commanded* is held from its message on, as the robot holds it: a
-row gets what is in force halfway to the next row, which a controller that answers the row has sent by then.
+row gets what is in force halfway to the next row, which a controller that answers the row has sent by then, or, of a
+topic that is faster than the rows, the mean until the next row; angles, which have none, are in force.
 Where a topic is silent for longer than :data:`SILENCE` of its periods, its measurements are NaN: nothing is made up.
 """
 
@@ -15,7 +16,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from sym2real.logs.assignment import assign
-from sym2real.logs.derive import in_force
+from sym2real.logs.derive import in_force, mean_in_force
 from sym2real.logs.names import read_name
 from sym2real.trajectory import Array
 from sym2real.vocabulary import EULER_ANGLES
@@ -23,6 +24,7 @@ from sym2real.vocabulary import EULER_ANGLES
 TIME = "t"  # name of the column of stamps, s since the first message
 # Up to so many periods between messages are a short hole, as between rows of a file (docs/specification.md).
 SILENCE = 3.5
+FASTER = 1.5  # times as many commands as rows, of which a row has several
 ROUNDING = 0.1  # rad; headings are logged up to a full turn, and a little more after rounding
 
 
@@ -128,11 +130,23 @@ def _at(topic: Topic, stamps: Array, kinds: ColumnKinds) -> dict[str, Array]:
         for name, values in topic.columns.items()
         if kinds.is_command(name)
     }
+    if len(stamps) > 1 and topic.rate * float(np.median(np.diff(stamps))) >= FASTER:
+        known = {name: topic.columns[name] for name in held if not _turns(name, kinds)}
+        whole = {name: values for name, values in known.items() if not np.isnan(values).any()}
+        means = {name: mean_in_force(topic.stamps, values, stamps) for name, values in whole.items()}
+        held |= {name: np.where(begun, mean, np.nan) for name, mean in means.items()}
     heard = _heard(topic.stamps, stamps)
     measured = _without_jumps({name: values for name, values in topic.columns.items() if name not in held}, kinds)
     return held | {
         name: np.where(heard, np.interp(stamps, topic.stamps, values), np.nan) for name, values in measured.items()
     }
+
+
+def _turns(name: str, kinds: ColumnKinds) -> bool:
+    """Whether a column is of an attitude or an angle that may go round."""
+    named = read_name(name)
+    known = name in kinds.angles or any(name in parts for parts in kinds.quaternions)
+    return known or (named is not None and named.quantity in (*EULER_ANGLES, "quaternion"))
 
 
 def _heard(own: Array, stamps: Array) -> Array:

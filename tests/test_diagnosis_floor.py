@@ -18,8 +18,10 @@ from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.unexplained.explaining import disturbance_notes
 from sym2real.experiments.standard_conditions import ANGLE_NOISE, POSITION_NOISE
 from sym2real.logs.differences import rates_on_time
+from sym2real.plants import MujocoPlant
 from sym2real.report.summary import summary
-from sym2real.robots import CRAZYFLIE
+from sym2real.robots import CRAZYFLIE, Robot
+from sym2real.trajectory import Trajectory
 
 
 @pytest.fixture(scope="module")
@@ -53,6 +55,34 @@ def test_short_predictions_of_the_right_model_err_by_noise_alone(flights: Datase
             assert floor[errors.horizon][channel][0] == pytest.approx(errors.errors[channel].value, rel=0.25)
     # Later the pushes that the right model does not know count as well.
     assert floor[0.8]["position"][0] < comparison.horizons[2].errors["position"].value
+
+
+WHEEL = """
+<mujoco model="wheel">
+  <option timestep="0.001"/>
+  <worldbody>
+    <body name="wheel" pos="0 0 1">
+      <joint name="turn" axis="0 1 0"/>
+      <geom type="cylinder" size="0.1 0.02" mass="1" contype="0" conaffinity="0"/>
+    </body>
+  </worldbody>
+  <actuator><motor name="torque" joint="turn" ctrlrange="-1 1" ctrllimited="true"/></actuator>
+</mujoco>
+"""
+
+
+def test_what_a_start_smooths_away_is_in_the_floor() -> None:
+    """A torque that changes in every row: no polynomial follows the rate, which is measured with little noise."""
+    robot, rng = Robot.from_mjcf(WHEEL, name="wheel", dt=0.01), np.random.default_rng(0)
+    plant, sent = MujocoPlant(robot), rng.normal(0.0, 0.05, (600, 1))
+    state = np.array([plant.reset(), *(plant.step(torque) for torque in sent[:-1])])
+    noisy = state + rng.normal(0.0, [1e-3, 0.01], state.shape)
+    log = Trajectory.from_arrays(noisy, sent, robot.layouts, dt=0.01, name="dithered")
+    found = compare(robot.nominal(), [log], horizons=(0.1, 0.5))
+    floor = {level.horizon: level.errors for level in found.floor}
+    for errors in found.horizons:
+        for channel, error in errors.errors.items():
+            assert floor[errors.horizon][channel][0] == pytest.approx(error.value, rel=0.2)
 
 
 def test_the_floor_of_the_explained_model_is_its_error(flights: Dataset) -> None:

@@ -16,16 +16,18 @@ from typing import Any
 
 import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch import Tensor
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.data.segments import Segments, compared_components, segment_length
+from sym2real.diagnosis.data.segments import compared_components, segment_length
 from sym2real.diagnosis.data.start import ROWS, Start, start_states
 from sym2real.diagnosis.data.windows import channel_name, channel_units, one_step_windows, predict_windows
 from sym2real.diagnosis.errors.rungs import HeldOut, Rung, windows_of
 from sym2real.diagnosis.estimate.whitening import PIECES, Whitening, disturbances
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.settings import SETTINGS
+from sym2real.effects.along_logs import predicted_from
 from sym2real.layout import Layout
 from sym2real.logs.derive import SHORTEST, slope
 from sym2real.logs.noise import component_noise
@@ -147,12 +149,13 @@ def floor_of_noise(
         noise = replace(noise, deviation=np.minimum(noise.deviation, torch.cat(missed).std(0).numpy()))
     stride, row = max(1, round(STRIDE / data.dt)), torch.as_tensor(noise.of_a_row).square()
     moved, windows = torch.zeros(longest, layout.tangent_size, dtype=torch.float64), 0
-    for trajectory in (log for log in data if len(log) >= ROWS + longest):
-        plain = predict_windows(model, trajectory, longest, start, stride).predicted
-        for _ in range(DRAWS):
-            other = predict_windows(model, noise.added_to(trajectory, rng), longest, start, stride).predicted
-            moved += layout.difference(other, plain).square().sum(0)
-            windows += len(plain)
+    for log in (log for log in data if len(log) >= ROWS + longest):
+        plain = predict_windows(model, log, longest, start, stride)
+        for by in _start_deviations(log, plain.rows, noise, rng, start).unbind(1):
+            begun = layout.retract(plain.start, by).numpy()
+            other = predicted_from(model, log, plain.rows, longest, start=begun)
+            moved += layout.difference(other, plain.predicted).square().sum(0)
+            windows += len(plain.rows)
     if not windows:
         return ()
     square = moved / windows + row  # (longest, tangent)
@@ -178,8 +181,10 @@ def floor_of_explained(
     layout, problem = windows.layout, Problem(held.library, data, windows)
     compared, _ = compared_components(layout, whitening.fields)
     noise = noise or SensorNoise.of(data).with_deviation(compared, whitening.sensor.numpy())
-    deviations = _start_deviations(data, windows, noise, np.random.default_rng(SEED))  # (W, D, n)
-    started = torch.einsum("wri,wdi->wrd", problem.start_jacobian(values), deviations).square().mean(-1)
+    rng, of_log = np.random.default_rng(SEED), [windows.row[windows.log == place] for place in range(len(data))]
+    deviations = [_start_deviations(log, rows, noise, rng) for log, rows in zip(data, of_log, strict=True) if len(rows)]
+    moved = problem.start_jacobian(values)  # (W, R, n), windows by log
+    started = torch.einsum("wri,wdi->wrd", moved, torch.cat(deviations)).square().mean(-1)
     kinds = disturbances(held.library.equations)
     pieces = max(1, round(max(steps) * PIECES / segment_length(layout, data.dt)))
     power = torch.tensor([whitening.disturbances[name] / size for name, size in kinds], dtype=torch.float64)
@@ -211,15 +216,24 @@ def no_higher_than_reached(floor: Sequence[Floor], stages: Sequence[Rung]) -> tu
     return tuple(lowered)
 
 
-def _start_deviations(data: Dataset, windows: Segments, noise: SensorNoise, rng: np.random.Generator) -> Tensor:
-    """How far starts move when the noise is drawn once more ``# (W, DRAWS, tangent)``."""
-    moves = torch.zeros(len(windows), DRAWS, windows.layout.tangent_size, dtype=torch.float64)
-    for index, trajectory in enumerate(data):
-        mine = torch.as_tensor(windows.log == index)
-        for draw in range(DRAWS):
-            again = torch.as_tensor(start_states(noise.added_to(trajectory, rng), windows.row[mine.numpy()]))
-            moves[mine, draw] = windows.layout.difference(again, windows.start[mine])
-    return moves
+def _start_deviations(
+    log: Trajectory, rows: NDArray[np.int64], noise: SensorNoise, rng: np.random.Generator, method: Start = "smoothed"
+) -> Tensor:
+    """How far starts at these rows move when a log's noise is drawn once more ``# (rows, DRAWS, tangent)``.
+
+    By more where all are further from the measured rows than noise makes them: what moves fast is smoothed away.
+    """
+    difference, states = log.layouts.state.difference, torch.as_tensor(log.state)
+    everywhere, moves, drawn = np.arange(ROWS - 1, len(log)), list[Tensor](), list[Tensor]()
+    starts = torch.as_tensor(start_states(log, everywhere, method))
+    for _ in range(DRAWS):
+        noisy = noise.added_to(log, rng)
+        moves.append(difference(torch.as_tensor(start_states(noisy, everywhere, method)), starts))
+        drawn.append(difference(torch.as_tensor(noisy.state), states)[everywhere])
+    moved = torch.stack(moves, dim=1)
+    by_noise = (moved - torch.stack(drawn, dim=1)).square().mean((0, 1))
+    beyond = (difference(starts, states[everywhere]).square().mean(0) - by_noise).clamp_min(0.0)
+    return moved[rows - everywhere[0]] * (1.0 + beyond / moved.square().mean((0, 1)).clamp_min(1e-300)).sqrt()
 
 
 def _floor(horizon: float, layout: Layout, square: Tensor, of_noise: Tensor | None = None) -> Floor:

@@ -301,6 +301,15 @@ def test_numbered_quaternion_is_scalar_last(flight: Flight, tmp_path: Path) -> N
     check(flight, path, LogSpec.parse(found.toml().replace("# flip", "flip")), velocity=0.1)
 
 
+def test_one_axis_may_be_in_another_unit_than_the_others(flight: Flight, tmp_path: Path) -> None:
+    columns = {"t": flight.time, **named("qw qx qy qz", flight.quaternion), **named("vx vy vz", flight.velocity)}
+    columns |= named("x y z", flight.position * [1.0, 1.0, 1e3]) | named("wx wy wz", flight.rate)
+    path = save(tmp_path, columns)
+    found = inspect_logs(path).spec
+    assert [found.columns[axis].unit for axis in "xyz"] == ["", "", "mm"]
+    check(flight, path, found)
+
+
 @pytest.mark.parametrize("prefix", ["t", "vicon.t"])
 def test_translations_by_their_letter_as_trajectories_of_tum_have_them(
     flight: Flight, tmp_path: Path, prefix: str

@@ -317,3 +317,18 @@ def test_a_servos_command_goes_by_its_joints_name_in_python_too(tmp_path: Path) 
     columns = {"t": time, "q1_deg": np.degrees(angle), "q2_deg": 0.5 * np.degrees(angle), "q1_cmd_deg": 57.3 * angle}
     found = inspect_logs(saved(tmp_path, columns), layouts=SERVO.layouts, moved=SERVO.moved)
     assert (found.spec.columns["target"].column, found.spec.columns["target"].unit) == ("q1_cmd_deg", "deg")
+
+
+@pytest.mark.parametrize(("rate", "unit"), [(1.0, ""), (np.degrees(1.0), "deg")])
+@pytest.mark.parametrize("logged", ["q1 dq1", "q1"])
+def test_a_hinge_without_stops_may_turn_more_than_once_but_not_at_any_speed(
+    rate: float, unit: str, logged: str, tmp_path: Path
+) -> None:
+    """A turntable that had turned twice was read in degrees, and of these a friction and a gain were made."""
+    time = 0.01 * np.arange(1000)
+    angle = 10.0 * np.sin(0.5 * time)  # rad
+    columns = {"t": time, "q1": rate * angle, "dq1": rate * 5.0 * np.cos(0.5 * time), "q2": 0.1 * np.sin(time)}
+    kept = {name: values for name, values in columns.items() if name in ("t", "q2", *logged.split())}
+    endless = inspect_logs(saved(tmp_path, kept), layouts=LAYOUTS, endless=["q1"]).spec
+    assert endless.columns["q1"].unit == unit
+    assert inspect_logs(saved(tmp_path, kept), layouts=LAYOUTS).spec.columns["q1"].unit == "deg"

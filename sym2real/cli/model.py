@@ -50,8 +50,9 @@ def equations_below(name: str, console: Console) -> tuple[Equations, tuple[str, 
     return equations, (note,)
 
 
-def columns_of(model: str) -> tuple[Layouts, dict[str, str]]:
-    """Columns that logs of a model hold, a folder or a robot's name; where known joints that actions move.
+def columns_of(model: str) -> tuple[Layouts, dict[str, str], tuple[str, ...]]:
+    """Columns that logs of a model hold, a folder or a robot's name; where known joints that actions move, and hinges
+    without stops.
 
     Raises:
         UnknownNameError: when it is neither.
@@ -60,7 +61,10 @@ def columns_of(model: str) -> tuple[Layouts, dict[str, str]]:
     base = None if model in ROBOTS and not Path(model).is_dir() else below(open_model(model))
     robot = ROBOTS[model] if base is None else robot_of(base)
     layouts = ROBOTS[model].layouts if base is None else replace(base.layouts, state=state_of(base))
-    return layouts, {} if robot is None else robot.moved
+    if robot is None:
+        return layouts, {}, ()
+    units, ranges = layouts.state.units, robot.ranges if layouts.state.joints else {}
+    return layouts, robot.moved, tuple(j for j in layouts.state.joints if units[j] == "rad" and j not in ranges)
 
 
 def folder_of(name: str) -> Path:

@@ -29,22 +29,28 @@ def inspect_positions(draft: Draft) -> None:
         return
     pace = {axis: draft.rows.slopes(draft.values(axis)) for axis in axes}
     acceleration = np.stack([draft.rows.slopes(pace[axis]) for axis in axes], axis=1)
-    fast = float(np.percentile(np.abs([*pace.values()]), 95))
-    by_motion = _by_velocity(draft, pace) or _by_tilt(draft, acceleration)
-    unit, evidence, confidence = by_name(draft, axes) or by_size(LENGTHS, fast, FAST, by_motion)
-    evidence += " a second, as it moves" if evidence.startswith("up to") else ""
-    for axis in axes:
-        draft.settle(axis, unit, evidence, confidence)
+    shares, units = _by_velocity(draft, pace), dict[str, str]()
+    alike = len({unit_by_ratio(share, LENGTHS) for share in shares.values()}) < 2
+    for group in [axes] if alike else [[axis] for axis in axes]:
+        own = [shares[axis] for axis in group if axis in shares]
+        by_rate = by_ratio(LENGTHS, float(np.median(own)), "the logged velocity in m/s says") if own else None
+        fast = float(np.percentile(np.abs([pace[axis] for axis in group]), 95))
+        by_motion = by_rate or _by_tilt(draft, acceleration)
+        unit, evidence, confidence = by_name(draft, group) or by_size(LENGTHS, fast, FAST, by_motion)
+        evidence += " a second, as it moves" if evidence.startswith("up to") else ""
+        for axis in group:
+            draft.settle(axis, unit, evidence, confidence)
+            units[axis] = unit
     if {"x", "y"} <= set(axes):
-        draft.acceleration = factor(unit, "x") * acceleration
+        draft.acceleration = acceleration * [factor(units[axis], axis) for axis in axes]
 
 
-def _by_velocity(draft: Draft, pace: dict[str, Array]) -> Reading | None:
+def _by_velocity(draft: Draft, pace: dict[str, Array]) -> dict[str, float]:
+    """How many times as much as its logged velocity in m/s says each position moves, where both go together."""
     logged = {axis: f"v{axis}" for axis in pace if draft.has(f"v{axis}")}
     velocity = {axis: UNITS[draft.named_unit(v) or "m/s"][1] * draft.values(v) for axis, v in logged.items()}
     alike = [axis for axis in velocity if abs(draft.rows.correlation(pace[axis], velocity[axis])) > CLEAR]
-    shares = [draft.rows.ratio(pace[axis], velocity[axis]) for axis in alike]
-    return by_ratio(LENGTHS, float(np.median(shares)), "the logged velocity in m/s says") if shares else None
+    return {axis: draft.rows.ratio(pace[axis], velocity[axis]) for axis in alike}
 
 
 def _by_tilt(draft: Draft, acceleration: Array) -> Reading | None:

@@ -5,7 +5,7 @@ order by the vertical, signs by correlation. A sign that looks reversed stays as
 a commented line with its evidence.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
@@ -72,6 +72,7 @@ def inspect_logs(
     columns: Sequence[str] = (),
     layouts: Layouts | None = None,
     moved: Mapping[str, str] = NOTHING,
+    endless: Collection[str] = (),
 ) -> Inspection:
     """Look into logs of one kind (the same columns); a folder stands for the logs in it.
 
@@ -81,6 +82,7 @@ def inspect_logs(
         layouts: of the model whose logs they are: its own columns, such as those of joints, are looked for, and no
             others.
         moved: joint that an action of the model moves, as far as that is known: ``robot.moved``.
+        endless: hinges of the model that have no stops, and may turn more than once.
 
     Raises:
         DataError: when a file cannot be read, is too short, or has other columns than the first.
@@ -104,7 +106,7 @@ def inspect_logs(
     inspect_rates(draft)
     inspect_commands(draft)
     if layouts is not None:
-        inspect_joints(draft, matching, layouts)
+        inspect_joints(draft, matching, layouts, endless)
     inspect_columns(draft, of_model=layouts is not None)
     what = "a robot" if layouts is not None else _kind(draft)
     return _finished(tuple(file for files in logs for file in files), draft, tuple(columns), what)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -43,6 +44,14 @@ def test_the_unit_one_goes_without_saying() -> None:
     words = split_in_words(["speed"], speed[:, None], np.where(speed < 1.0, 0.5, 2.0), "1")
     assert words == "0.5 where speed is below 1, 2 above"
     assert statement(Leftover("constant", "lag", 0.5, "0.5 everywhere", 0.5, "1")) == "a constant change of lag by 0.5"
+
+
+@pytest.mark.parametrize(("size", "matters"), [(0.01, False), (-0.01, False), (0.05, True)])
+def test_a_gyro_may_have_its_usual_bias(size: float, matters: bool) -> None:
+    left = Leftover("constant", "measured rate x", 1.0, "", size, "rad/s")
+    assert left.matters == matters
+    assert ("no more than gyros have" in measure(left)) != matters
+    assert replace(left, unit="rad").matters
 
 
 @pytest.mark.slow

@@ -86,6 +86,7 @@ CASES: Sequence[tuple[Spoil, Sequence[str]]] = (
     (times(DEGREES, "q1", "q2"), ["q1 q2 in deg instead of rad"]),
     (times(DEGREES, "q2_rate"), ["sensor_scale:q2_rate"]),
     (times(30.0, "q2", "q2_rate"), ["q2 q2_rate in no unit of that size, or before a gear, 30"]),
+    (times(1.0 / DEGREES, "q2", "q2_rate"), ["q2 q2_rate in rad that are read as deg"]),
     (times(1e3, "tau1", "tau2"), ["tau1 tau2 in mN m instead of N m"]),
     (
         both(times(1e3, "tau1", "tau2"), times(-1.0, "tau2")),
@@ -108,6 +109,8 @@ def test_a_mistake_is_named_and_undone(spoil: Spoil, said: Sequence[str]) -> Non
     for log, healthy in zip(checked.data, right, strict=True):
         for found, meant in ((log.state, healthy.state), (log.action, healthy.action)):
             np.testing.assert_allclose(found[5:-5], meant[5 : len(found) - 5], rtol=0.02, atol=1e-3)
+    if said and "read as deg" in said[0]:
+        assert 'q2 unit = "rad", q2_rate unit = "rad/s"' in checked.faults[0].fix
     if [*said] == ["q1 q1_rate mirrored"]:
         assert any(line.startswith(said[0]) for line in data_report(data, BASE).lines())
 

@@ -89,8 +89,7 @@ def leftover_lines(leftovers: Sequence[Leftover]) -> list[str]:
     """What no effect explains, a line each."""
     lines = []
     for left in leftovers:
-        seen_by = " on unseen logs" if left.unseen else ""
-        words = f"{statement(left)} ({measure(left)}{seen_by}): {left.term}"
+        words = f"{statement(left)} ({measure(left, ' on unseen logs')}): {left.term}"
         lines.append(f"[red]left over[/] {escape(words)}")
     return lines
 

@@ -23,11 +23,12 @@ def statement(left: Leftover) -> str:
     return f"a {what} {left.channel} that {how}"
 
 
-def measure(left: Leftover) -> str:
-    """How much of what is left that is, in words."""
+def measure(left: Leftover, by: str = "") -> str:
+    """How much of what is left that is, in words, with what tells where it is no fit of its own."""
     much = f"R² {left.r2:.2f}" if left.unseen else f"{100 * left.r2:.0f} % of the squares"
     if left.unseen and left.channel.partition(":")[0] in EFFECTS:
         much = f"confirmed to {100 * left.r2:.0f} %"  # what is left of an effect varies with nothing else
+    much += by if left.unseen else ""
     part = "a small part of the errors" if left.faint else f"{100 * (left.motion or 0.0):.1g} % of the motion"
-    small = f", and {part}: too small to matter"
-    return much if left.matters else much + small
+    why = "no more than gyros have" if left.usual else f"{part}: too small to matter"
+    return much if left.matters else f"{much}, and {why}"

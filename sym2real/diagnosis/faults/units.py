@@ -15,7 +15,7 @@ from sym2real.diagnosis.settings import SETTINGS
 from sym2real.logs.sources import AsRead
 from sym2real.logs.units import UNITS, standard_unit
 from sym2real.trajectory import Trajectory
-from sym2real.vocabulary import POSITION
+from sym2real.vocabulary import POSITION, rate_column
 
 STEP, LARGEST = 1.5, 1e5  # of the grid of factors, and of their inverses
 ROWS_AT_ONCE = 20_000  # of logs under several factors, which a model predicts in one go
@@ -56,8 +56,11 @@ class Scaled:
         """What to change, in the columns of the log."""
         shared_unit = self.unit and len({standard_unit(name) for name in self.columns}) == 1
         unit = shared_unit and (self.unit if self.factor > 1.0 else self._meant)
-        value = f'unit = "{unit}"' if unit else read.scale(1.0 / self.factor)
-        change = f"give {' and '.join(read.columns(self.columns))} {value} in a specification of the log"
+        rates = [name for name in self.columns if unit and name in map(rate_column, self.columns)]
+        values = {per: f'unit = "{unit}{per}"' if unit else read.scale(1.0 / self.factor) for per in ("", "/s")}
+        kinds = {"": [name for name in self.columns if name not in rates], "/s": rates}
+        entries = [f"{' and '.join(read.columns(own))} {values[per]}" for per, own in kinds.items() if own]
+        change = f"give {', '.join(entries)} in a specification of the log"
         return f"{change}, and mass = {self.mass:g} at its top" if self.mass and self.factor > 1.0 else change
 
     def undone(self, log: Trajectory) -> Trajectory:
@@ -137,7 +140,8 @@ def _best(balances: Balances, data: Dataset, now: Balance, columns: tuple[str, .
     if least >= now.losses.mean():  # nor would any factor near it mend anything
         return Scaled(columns, start)
     factor = best_factor(lambda at: missed(at)[0], (start / STEP, start * STEP))
-    named = {unit: value for unit, value in factors(meant).items() if value >= SETTINGS.command_unit}
+    sign = 1.0 if factor > 1.0 else -1.0
+    named = {unit: value**sign for unit, value in factors(meant).items() if value >= SETTINGS.command_unit}
     unit = min(named, key=lambda unit: missed(named[unit]), default="")
     known = {named[unit]: unit} if unit else {}
     known.setdefault(10.0 ** round(log10(factor)), "")

@@ -48,8 +48,13 @@ class Leftover:
 
     @property
     def matters(self) -> bool:
-        """Whether predictions need it."""
-        return not self.faint and (self.motion is None or self.motion >= SETTINGS.negligible)
+        """Whether predictions need it, and no honest sensor has it."""
+        return not (self.faint or self.usual) and (self.motion is None or self.motion >= SETTINGS.negligible)
+
+    @property
+    def usual(self) -> bool:
+        """Whether it is no more than a gyro's usual bias."""
+        return self.motion is None and self.unit == "rad/s" and abs(self.size or 0.0) <= SETTINGS.sensor_bias
 
 
 def find_misfit(squares: float, motion: float | None = None) -> tuple[Leftover, ...]:

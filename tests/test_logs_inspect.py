@@ -396,3 +396,20 @@ def test_what_ticks_in_a_unit_of_time_holds_stamps_where_nothing_is_called_so(
     found = inspect_logs(save(tmp_path, {name: ticks, "x": moving, "y": moving**2}))
     assert found.spec.time == (TimeBase(name, "us", dt=0.02) if stamps else found.spec.time)
     assert (found.spec.time.column == name) == stamps
+
+
+@pytest.mark.parametrize("odd", [0, 2])
+def test_a_log_in_another_unit_than_the_others_is_named_and_decides_nothing(
+    odd: int, flight: Flight, tmp_path: Path
+) -> None:
+    """One gyro in deg/s among four made all of them be read so."""
+    columns = {"t": flight.time, **named("x y z", flight.position), **named("qw qx qy qz", flight.quaternion)}
+    for number in range(4):
+        scale = np.degrees(1.0) if number == odd else 1.0
+        save(tmp_path, columns | named("wx wy wz", scale * flight.rate)).rename(tmp_path / f"{number}.csv")
+    found = inspect_logs(tmp_path)
+    assert [found.spec.columns[rate].unit for rate in ("wx", "wy", "wz")] == ["", "", ""]
+    alone = [row for row in found.rows if f"in {odd}.csv alone" in row.evidence]
+    assert [(row.meaning, row.unit) for row in alone] == [("wx", "deg/s"), ("wy", "deg/s"), ("wz", "deg/s")]
+    (tmp_path / f"{odd}.csv").unlink()
+    assert not any("alone" in row.evidence for row in inspect_logs(tmp_path).rows)

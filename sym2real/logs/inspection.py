@@ -7,6 +7,7 @@ a commented line with its evidence.
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 
@@ -25,13 +26,14 @@ from sym2real.logs.inspect_motion import inspect_positions, inspect_rates, inspe
 from sym2real.logs.inspect_time import inspect_time
 from sym2real.logs.inspect_upright import inspect_upright
 from sym2real.logs.joint_names import Matching, match_own
+from sym2real.logs.odd_units import in_other_units
 from sym2real.logs.reader import expand
 from sym2real.logs.several_files import files_by_log, read_parts
 from sym2real.logs.specification import LogSpec
 from sym2real.logs.table import Table
 from sym2real.vocabulary import POSITION
 
-FEWEST_ROWS = 20
+FEWEST_ROWS, FEWEST_LOGS = 20, 3
 NOTHING: Mapping[str, str] = MappingProxyType({})
 
 
@@ -94,6 +96,21 @@ def inspect_logs(
     logs = files_by_log(expand(paths), columns)
     tables = [read_parts(files, header=columns) for files in logs]
     _check_alike(tables)
+    look = partial(_looked_into, layouts=layouts, moved=moved, endless=endless)
+    draft = look(tables)
+    if others := in_other_units([look([table]) for table in tables]) if len(tables) >= FEWEST_LOGS else {}:
+        draft = look([table for place, table in enumerate(tables) if place not in others])
+        for place, units in others.items():
+            for (column, meaning), (unit, usual) in units.items():
+                where = f"{tables[place].path.name} alone, all others in {usual}: it needs a specification of its own"
+                draft.add(column, meaning, unit, f"in {where}", "certain")
+    what = "a robot" if layouts is not None else _kind(draft)
+    return _finished(tuple(file for files in logs for file in files), draft, tuple(columns), what)
+
+
+def _looked_into(
+    tables: list[Table], layouts: Layouts | None, moved: Mapping[str, str], endless: Collection[str]
+) -> Draft:
     assignment, matching = _assigned(list(tables[0].columns), layouts, moved)
     draft = _draft(tables, assignment)
     inspect_time(draft)
@@ -108,8 +125,7 @@ def inspect_logs(
     if layouts is not None:
         inspect_joints(draft, matching, layouts, endless)
     inspect_columns(draft, of_model=layouts is not None)
-    what = "a robot" if layouts is not None else _kind(draft)
-    return _finished(tuple(file for files in logs for file in files), draft, tuple(columns), what)
+    return draft
 
 
 def _assigned(names: Sequence[str], layouts: Layouts | None, moved: Mapping[str, str]) -> tuple[Assignment, Matching]:

@@ -32,7 +32,7 @@ from sym2real.diagnosis.faults.sensor_readings import readings
 from sym2real.diagnosis.faults.units import Scaled
 from sym2real.logs.differences import rates_on_time
 from sym2real.plants import MujocoPlant, run_episode
-from sym2real.robots import CRAZYFLIE, ROBOTS, car
+from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, car
 from sym2real.robots.mushr import WHEELBASE
 from sym2real.symbolic import compile_model, rollout
 from sym2real.trajectory import Array, Trajectory
@@ -442,3 +442,25 @@ def test_a_gyro_that_is_read_when_the_next_command_is_out_makes_no_command_late(
     assert breach.transformation.rows == 1
     early = Dataset(Late("rate", ("wz",), 1, model.dt).undone(log) for log in plain)
     assert mistakes(model, early) == []
+
+
+@pytest.mark.parametrize("robot", ["crazyflie", "mushr"])
+def test_a_mistake_in_one_log_alone_is_named_there_and_undone(robot: str) -> None:
+    """A command with the other sign in one of six was an error where the robot then was."""
+    data, model = simulate_case(Case(robot, seed=72), trajectories=6, rows=520), ROBOTS[robot].nominal()
+    command = {"crazyflie": "wy_cmd", "mushr": "steer"}[robot]
+    odd = Exchanged((command,), (command,), (-1,)).undone(data[3])
+    checked = check(model, Dataset([*data[:3], odd, *data[4:]]))
+    assert [fault.name for fault in checked.faults] == [
+        f"{command} with the wrong sign in {odd.name}, other than in other logs"
+    ]
+    np.testing.assert_array_equal(checked.data[3].action, check(model, data).data[3].action)
+    assert not check(model, data).faults
+
+
+def test_a_heading_in_degrees_in_one_log_is_named_there() -> None:
+    data = simulate_case(Case("mushr", seed=72), trajectories=6, rows=260)
+    yaw = np.degrees(np.unwrap(np.arctan2(data[2].column("sin_yaw"), data[2].column("cos_yaw"))))
+    odd = data[2].with_columns({"sin_yaw": np.sin(yaw), "cos_yaw": np.cos(yaw)})
+    (fault,) = check(MUSHR.nominal(), Dataset([*data[:2], odd, *data[3:]])).faults
+    assert fault.name == f"an attitude in degrees that is read as radians in {odd.name}, other than in other logs"

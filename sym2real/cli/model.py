@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from hashlib import sha256
+from math import inf
 from pathlib import Path
 
 from rich.console import Console
@@ -25,6 +26,7 @@ from sym2real.robots import ROBOTS
 from sym2real.robots.own import robot_of
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Trajectory
+from sym2real.vocabulary import LARGEST_PLACE
 
 
 def open_with_progress(name: str) -> Model:
@@ -51,8 +53,8 @@ def equations_below(name: str, console: Console) -> tuple[Equations, tuple[str, 
 
 
 def columns_of(model: str) -> tuple[Layouts, dict[str, str], tuple[str, ...]]:
-    """Columns that logs of a model hold, a folder or a robot's name; where known joints that actions move, and hinges
-    without stops.
+    """Columns that logs of a model hold, a folder or a robot's name; where known joints that actions move, and those
+    that may go further than any sensor's unit tells.
 
     Raises:
         UnknownNameError: when it is neither.
@@ -63,8 +65,10 @@ def columns_of(model: str) -> tuple[Layouts, dict[str, str], tuple[str, ...]]:
     layouts = ROBOTS[model].layouts if base is None else replace(base.layouts, state=state_of(base))
     if robot is None:
         return layouts, {}, ()
-    units, ranges = layouts.state.units, robot.ranges if layouts.state.joints else {}
-    return layouts, robot.moved, tuple(j for j in layouts.state.joints if units[j] == "rad" and j not in ranges)
+    units, joints = layouts.state.units, layouts.state.joints
+    ends = robot.ranges if joints else {}
+    most = {joint: max(map(abs, ends[joint])) if joint in ends else inf for joint in joints}
+    return layouts, robot.moved, tuple(joint for joint in joints if most[joint] > LARGEST_PLACE[units[joint]])
 
 
 def folder_of(name: str) -> Path:

@@ -8,7 +8,7 @@ import numpy as np
 
 from sym2real.layout import Layouts
 from sym2real.logs.draft import Confidence, Draft
-from sym2real.logs.inspect_motion import FASTEST
+from sym2real.logs.inspect_motion import FAST, FASTEST
 from sym2real.logs.joint_names import Matching
 from sym2real.logs.name_words import words_and_unit
 from sym2real.logs.of_model import own_units
@@ -20,6 +20,7 @@ from sym2real.vocabulary import LARGEST_PLACE
 OTHER_UNITS = {
     "rad": ("rad", "deg"), "m": ("m", "mm", "cm"), "rad/s": ("rad/s", "deg/s", "rpm"), "m/s": ("m/s", "mm/s", "cm/s"),
 }  # fmt: skip
+PACES = {"rad": FASTEST, "m": FAST}  # a second, beyond which no place is in the unit
 MOVING = 1e-3  # standard deviation of a slope, from which on it says something
 SAME = log(1.5)  # units whose factors are closer to each other are not told apart by a ratio
 
@@ -31,7 +32,7 @@ def inspect_joints(draft: Draft, matching: Matching, layouts: Layouts, endless: 
         draft: of the logs.
         matching: of their names.
         layouts: of the model.
-        endless: hinges without stops.
+        endless: joints without stops within a turn, or some metres.
     """
     wanted, rates = own_units(layouts), layouts.state.rates
     unknown = [column for column in layouts.action if column not in {*wanted, *draft.assignment.columns}]
@@ -68,11 +69,11 @@ def _pair(
     options = product(*((name,) if name else OTHER_UNITS[unit] for name, unit in zip(named, wanted, strict=True)))
     misfit = {(p, r): abs(log(share * UNITS[r][1] / UNITS[p][1])) for p, r in options}
     alike = [pair for pair, off in misfit.items() if off < min(misfit.values()) + SAME]
-    size, large, turns = _size(draft, columns[0], wanted[0], endless)
+    size, large, far = _size(draft, columns[0], wanted[0], endless)
     chosen = next((pair for pair in alike if (pair[0] != wanted[0]) == large), alike[0])
     evidence = f"the rate moves {share:.3g} times as much as the slope of the coordinate, {size}"
     sure: Confidence = "certain" if len({pair[0] for pair in alike}) == 1 or large else "likely"
-    decided: Confidence = "guess" if turns else sure
+    decided: Confidence = "guess" if far else sure
     return {
         column: (unit, "the name says its unit", "certain") if name else (unit, evidence, decided)
         for column, unit, name in zip(columns, chosen, named, strict=True)
@@ -80,16 +81,16 @@ def _pair(
 
 
 def _size(draft: Draft, column: str, wanted: str, endless: bool) -> tuple[str, bool, bool]:
-    """How large a place is, in words; whether that is beyond the model's unit, and whether only turns make it so.
+    """How large a place is, in words; whether that is beyond the model's unit, or only far.
 
-    A hinge without stops may have turned any number of times, but not at any speed.
+    A joint without stops may have gone any way, but not at any speed.
     """
     values = draft.values(column)
     size = float(np.abs(values).max())
     beyond = wanted in LARGEST_PLACE and size > LARGEST_PLACE[wanted]
-    turns = beyond and endless and float(np.percentile(np.abs(draft.rows.slopes(values)), 95)) <= FASTEST
-    words = f"up to {size:.4g}" + " (in rad it turns more than once, as it has no stops)" * turns
-    return words, beyond and not turns, turns
+    far = beyond and endless and float(np.percentile(np.abs(draft.rows.slopes(values)), 95)) <= PACES[wanted]
+    words = f"up to {size:.4g}" + f" (in {wanted} it goes as far as it may, without stops)" * far
+    return words, beyond and not far, far
 
 
 def _named(source: str, wanted: str) -> str:
@@ -101,10 +102,10 @@ def _named(source: str, wanted: str) -> str:
 def _alone(draft: Draft, column: str, wanted: str, endless: bool) -> Reading:
     if named := _named(draft.column(column), wanted):
         return named, "the name says its unit", "certain"
-    size, large, turns = _size(draft, column, wanted, endless)
+    size, large, far = _size(draft, column, wanted, endless)
     if large:
         return OTHER_UNITS[wanted][1], size, "certain"
-    return wanted, f"{size}; in the model's unit, which the log cannot tell", "guess" if turns else "likely"
+    return wanted, f"{size}; in the model's unit, which the log cannot tell", "guess" if far else "likely"
 
 
 def _what_is_left(draft: Draft, left: dict[str, str], wanted: dict[str, str], places: dict[str, str]) -> None:

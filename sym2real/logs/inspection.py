@@ -84,7 +84,7 @@ def inspect_logs(
         layouts: of the model whose logs they are: its own columns, such as those of joints, are looked for, and no
             others.
         moved: joint that an action of the model moves, as far as that is known: ``robot.moved``.
-        endless: hinges of the model that have no stops, and may turn more than once.
+        endless: joints of the model without stops within a turn, or some metres.
 
     Raises:
         DataError: when a file cannot be read, is too short, or has other columns than the first.

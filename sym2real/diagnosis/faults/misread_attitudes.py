@@ -106,8 +106,16 @@ def _correlation(data: Dataset) -> float:
 def other_angles(data: Dataset) -> list[Breach]:
     """Angles in degrees taken for radians, or the other way, where rates and a car's way agree with such alone.
 
-    Rates may be in degrees as well, and then agree with the angles as they stand: the way alone does not.
+    In all logs, or in some of them. Rates may be in degrees as well, and then agree with the angles as they stand: the
+    way alone does not.
     """
+    breaches = _of_all(data)
+    if breaches or len(data) == 1:
+        return breaches
+    return [breach.in_log(data, place) for place, log in enumerate(data) for breach in _of_all(Dataset([log]))]
+
+
+def _of_all(data: Dataset) -> list[Breach]:
     columns = present(data, RATES), present(data, (*QUATERNION, *SINE_COSINE))
     if present(data, LEVEL) != LEVEL or columns not in ((RATES, QUATERNION), (RATES[-1:], SINE_COSINE)):
         return []

@@ -25,10 +25,28 @@ Gain = tuple[float, Breach]  # by how much the squares missed fall over all quan
 
 @np.errstate(over="ignore", invalid="ignore")  # of a wrong unit predictions may run away; what is no number gains none
 def mistakes(model: Equations, data: Dataset) -> list[Breach]:
-    """The transformations that the logs ask for, one after the other; on a line nothing can be turned or exchanged."""
+    """The transformations that the logs ask for, one after the other; on a line nothing can be turned or exchanged.
+
+    First those of logs that are unlike most.
+    """
     balances = Balances.of(model, data) if len(present(data, POSITION.columns)) != 1 else None
     if balances is None:
         return []
+    unlike = {place: _one_by_one(balances, Dataset([data[place]])) for place in _unlike_most(balances, data)}
+    breaches = [breach.in_log(data, place) for place, own in unlike.items() for breach in own]
+    for breach in breaches:
+        data = breach.undone(data)
+    return [*breaches, *_one_by_one(balances, data)]
+
+
+def _unlike_most(balances: Balances, data: Dataset) -> list[int]:
+    """Places of the logs that a model predicts far worse than most of them, and badly."""
+    losses = np.stack([balances(Dataset([log])).losses.mean(0) for log in data])
+    odd = ((losses > SETTINGS.mostly) & (losses > SETTINGS.far * np.median(losses, axis=0))).any(axis=1)
+    return np.flatnonzero(odd).tolist() if len(data) >= SETTINGS.fewest_logs and odd.mean() < SETTINGS.mostly else []
+
+
+def _one_by_one(balances: Balances, data: Dataset) -> list[Breach]:
     breaches = list[Breach]()
     for _ in range(MOST):
         breach = _best(balances, data) or _late_commands(balances, data)

@@ -4,12 +4,14 @@ Findings of a diagnosis that are on have the values of their joint estimate.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import Finding
-from sym2real.diagnosis.score.finding import applied
+from sym2real.effects import compose, effect
 from sym2real.effects.along_logs import prepared
+from sym2real.effects.composing import Chosen
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations
 
@@ -71,8 +73,31 @@ class WithFindings:
 
     def prepared(self, on: Sequence[bool], data: Dataset) -> tuple[DynamicsModel, Dataset]:
         """The model with these switches on, and the logs as it takes them."""
-        chosen = [finding for group, is_on in zip(self._groups, on, strict=True) if is_on for finding in group]
-        return prepared(applied(self.base, chosen), data)
+        off = [finding for group, is_on in zip(self._groups, on, strict=True) if not is_on for finding in group]
+        none = {name: value for finding in off for name, value in self._whole[1][finding.effect].items()}
+        whole = self._whole[0]
+        return prepared(replace(whole, parameters={**whole.parameters, **none}), data)
+
+    @cached_property
+    def _whole(self) -> tuple[Equations, dict[str, dict[str, float]]]:
+        """The equations with all findings, whose fitted values are parameters: all variants are compiled as one.
+
+        By effect, its parameters at none of it.
+        """
+        base, chosen, values = self.base, list[Chosen](), dict[str, float]()
+        none: dict[str, dict[str, float]] = {}
+        for finding in self.findings:
+            base = finding.bound(base)
+        for finding in self.findings:
+            own = effect(finding.effect, base)
+            settled = own.searching.choices(own.body)[0] if own.searching.choices else ""
+            free = {p.name: p.null for p in own.parameters if p.name in finding.values and p.name != settled}
+            names = {name: own.symbols()[name].name for name in free}
+            none[finding.effect] = {names[name]: null for name, null in free.items()}
+            values |= {names[name]: finding.values[name] for name in free}
+            chosen.append((own, {**finding.values, **{name: own.symbols()[name] for name in free}}))
+        whole = compose(base, chosen)
+        return replace(whole, parameters={**whole.parameters, **values}), none
 
 
 def _switch(group: Sequence[Finding]) -> Switch:

@@ -16,6 +16,7 @@ HEADING = Field("heading", ("sin_yaw", "cos_yaw"), "1", "world", "circle")
 VELOCITY = Field("velocity", ("vx", "vy", "vz"), "m/s", "world")
 RATE = Field("rate", ("wx", "wy", "wz"), "rad/s", "body")
 THRUST = Field("thrust", ("thrust",), "N", "body")
+TORQUE_COMMAND = Field("torque command", ("tx_cmd", "ty_cmd", "tz_cmd"), "N m", "body")
 RATE_COMMAND = Field("rate command", ("wx_cmd", "wy_cmd", "wz_cmd"), "rad/s", "body")
 ATTITUDE_COMMAND = Field("attitude command", ("qw_cmd", "qx_cmd", "qy_cmd", "qz_cmd"), "1", "world", "quaternion")
 ATTITUDE_COMMANDED = "attitude_cmd"  # all columns of a commanded attitude, which act together
@@ -35,7 +36,7 @@ JOINT_FORCE, JOINT_TORQUE = Field("joint force", (), "N"), Field("joint torque",
 # The group says where a column of a file goes when no log specification does.
 VOCABULARY: tuple[tuple[Group, Field], ...] = (
     *(("state", field) for field in (POSITION, ATTITUDE, HEADING, VELOCITY, RATE)),
-    *(("action", field) for field in (THRUST, RATE_COMMAND, ATTITUDE_COMMAND)),
+    *(("action", field) for field in (THRUST, RATE_COMMAND, TORQUE_COMMAND, ATTITUDE_COMMAND)),
     ("action", Field("motors", MOTOR_COLUMNS, "1", "body")),
     *(("action", field) for field in (STEERING, SPEED, ACCELERATION)),
     *(("inputs", field) for field in (FORCE, TORQUE, BATTERY, CLOCK)),

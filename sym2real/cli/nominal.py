@@ -30,10 +30,11 @@ SLOW_ROWS = (
 class NominalQuadrotor(OfLogs):
     """Rigid-body equations of a quadrotor: no simulator, no regression.
 
-    Interfaces: thrust_rates (thrust in N and body rates, tracked on board), thrust_attitude (thrust and attitude), or
-    motors (four commands 0–1 or speeds in rad/s: front right, rear right, rear left, front left). With --attitude
-    measured the log's quaternion is an input and only position and velocity are predicted, which suits logs without
-    rate commands. Where a log's thrust is per mass, in m/s², the mass is 1.
+    Interfaces: thrust_rates (thrust in N and body rates, tracked on board), thrust_torques (thrust in N and torques in
+    N m about the body axes), thrust_attitude (thrust and attitude), or motors (four commands 0–1 or speeds in rad/s:
+    front right, rear right, rear left, front left). With --attitude measured the log's quaternion is an input and only
+    position and velocity are predicted, which suits logs without rate commands. Where a log's thrust is per mass, in
+    m/s², the mass is 1.
 
     For example:
       sym2real nominal quadrotor --mass 1.2 --interface motors --out runs/nominal
@@ -48,7 +49,7 @@ class NominalQuadrotor(OfLogs):
     """Mass in kg; without it forces and masses are per kilogram of the robot."""
     inertia: OptionalThreePositive = None
     """Principal moments in kg m²; by default the Crazyflie's, scaled by mass."""
-    interface: Literal["thrust_rates", "thrust_attitude", "motors"] = "thrust_rates"
+    interface: Literal["thrust_rates", "thrust_torques", "thrust_attitude", "motors"] = "thrust_rates"
     """What the actions are."""
     attitude: Literal["predicted", "measured"] = "predicted"
     """Whether the attitude is predicted, or known along the log."""

@@ -109,11 +109,10 @@ NEAR_CRITICAL = 1e-6  # of |1 - 4Kτ|, where both branches divide by its root
 
 
 def _substitute(equations: Equations, values: Values, body: Body) -> Equations:
-    time = values["value"]
-    if "thrust" in equations.quantities:
-        for name in MOTOR_TORQUES:
-            if name in equations.quantities:
-                equations = _lagging(equations, name, lagging(name), "N m", time)
+    time, torques = values["value"], [name for name in MOTOR_TORQUES if name in equations.quantities]
+    if torques or "thrust" in equations.quantities:
+        for name in torques:
+            equations = _lagging(equations, name, lagging(name), "N m", time)
     elif all(name in (*body.names, *body.numbers) for name in LOOP):
         for loop in rate_loops(body, equations.dt):
             equations = _lagging_loop(equations, body, loop, time)

@@ -1,4 +1,4 @@
-"""First-principles equations of a rotorcraft from its MJCF: one free body, and motors that act at its sites.
+"""First-principles equations of a rotorcraft from its MJCF: one free body, and rotors or others that act at its sites.
 
 What :func:`sym2real.robots.nominal_quadrotor.quadrotor` needs is in the compiled file: mass and moments in the free
 joint's matrix of masses, places of rotors at sites, thrust and reaction torque in gain and gear of their actuators.
@@ -6,7 +6,7 @@ joint's matrix of masses, places of rotors at sites, thrust and reaction torque 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -70,9 +70,20 @@ class Rotorcraft:
         return self.forces[:, 2]
 
     @property
-    def hovering(self) -> float:
-        """The command of every rotor that carries it."""
-        return self.mass * GRAVITY / float(self.thrusts.sum())
+    def whole_torques(self) -> Array:
+        """About the centre of mass, with those of the forces at their places ``# (rotors, 3)``."""
+        return np.asarray(self.torques + np.cross(self.places, self.forces))
+
+    @property
+    def hovering(self) -> Array:
+        """The commands that carry it and turn it least, of rotors all alike ``# (rotors,)``."""
+        given = np.column_stack([self.thrusts, self.whole_torques]).T
+        return np.asarray(np.linalg.pinv(given) @ [self.mass * GRAVITY, 0.0, 0.0, 0.0])
+
+    @property
+    def has_rotors(self) -> bool:
+        """Whether every actuator lifts it, as a rotor does; others are a thrust and torques by themselves."""
+        return bool(self.thrusts.min() > 0.0)
 
     @property
     def reactions(self) -> Array:
@@ -83,14 +94,22 @@ class Rotorcraft:
     def numbers(self) -> dict[str, float]:
         """By the names of a body's."""
         moments = dict(zip(("jx", "jy", "jz"), self.inertia.diagonal().tolist(), strict=True))
+        if not self.has_rotors:
+            return moments
         arm = float(np.hypot(*self.places[:, :2].T).mean())
         return {**moments, "arm": arm, "torque_per_thrust": float(np.abs(self.reactions).mean())}
 
-    def equations(self, dt: float) -> Equations:
-        """Of its motion."""
-        from sym2real.robots.motors import Motors  # noqa: PLC0415 — SymPy stays out of light imports
+    def equations(self, dt: float, commands: Sequence[str]) -> Equations:
+        """Of its motion by commands of these names."""
+        from sym2real.robots.motors import Motors, Wrenches  # noqa: PLC0415 — SymPy stays out of light imports
         from sym2real.robots.nominal_quadrotor import quadrotor  # noqa: PLC0415
 
+        motors: Motors | Wrenches
+        if not self.has_rotors:
+            motors = Wrenches(
+                tuple(commands), tuple(self.thrusts.tolist()), tuple(map(tuple, self.whole_torques.tolist()))
+            )
+            return quadrotor(self.mass, self.inertia.diagonal().tolist(), interface="motors", motors=motors, dt=dt)
         motors = Motors(
             float(self.thrusts.mean()),
             torque_per_thrust=self.numbers["torque_per_thrust"],
@@ -115,8 +134,6 @@ def against_flying(model: mujoco.MjModel, data: Any, actions: Mapping[str, str])
         "an actuator that is commanded more than a force": bool(
             model.actuator_biastype.any() or model.actuator_dyntype.any()
         ),
-        f"actuators that are not called {', '.join(MOTOR_COLUMNS[: len(actuators)])} ({NAMED})": [*actions.values()]
-        != [*MOTOR_COLUMNS[: len(actuators)]],
         f"a gravity that is not {GRAVITY:g} m/s² along z down": not np.allclose(
             model.opt.gravity, (0.0, 0.0, -GRAVITY), atol=ALIKE * GRAVITY
         ),
@@ -128,19 +145,28 @@ def against_flying(model: mujoco.MjModel, data: Any, actions: Mapping[str, str])
     if reasons := those_that_hold(wrong | forces_beside(model)):
         return reasons
     craft = Rotorcraft.of(model, data, actuators)
-    moments, thrusts = craft.inertia.diagonal(), craft.thrusts
-    aside = max(np.abs(craft.forces[:, :2]).max(), np.ptp(thrusts))
+    moments = craft.inertia.diagonal()
     askew = np.abs(craft.inertia - np.diag(moments)).max()
-    reactions = np.abs(craft.torques[:, 2])
     wrong = {
-        "rotors that do not push alike, all along body z": thrusts.min() <= 0 or aside > ALIKE * thrusts.min(),
-        "rotors whose torques are not alike, about body z": np.ptp(reactions) > ALIKE * reactions.max()
-        or np.abs(craft.torques[:, :2]).max() > ALIKE * reactions.max(),
         "principal axes that are not the body's": askew > ALIKE * moments.min(),
         f"a centre of mass {np.linalg.norm(craft.centre):.3g} m from the body's origin": np.linalg.norm(craft.centre)
         > OFF,
+        "actuators that do not push along body z alone": np.abs(craft.forces[:, :2]).max()
+        > ALIKE * np.abs(craft.thrusts).max(),
     }
-    return those_that_hold(wrong)
+    return those_that_hold(wrong | (_against_rotors(craft, [*actions.values()]) if craft.has_rotors else {}))
+
+
+def _against_rotors(craft: Rotorcraft, names: list[str]) -> dict[str, bool]:
+    thrusts, reactions = craft.thrusts, np.abs(craft.torques[:, 2])
+    uneven = bool(np.ptp(reactions) > ALIKE * reactions.max())
+    motors = [*MOTOR_COLUMNS[: len(names)]]
+    return {
+        f"actuators that are not called {', '.join(motors)} ({NAMED})": names != motors,
+        "rotors that do not push alike, all along body z": bool(np.ptp(thrusts) > ALIKE * thrusts.min()),
+        "rotors whose torques are not alike, about body z": uneven
+        or bool(np.abs(craft.torques[:, :2]).max() > ALIKE * reactions.max()),
+    }
 
 
 def _ends_early(model: mujoco.MjModel, actuators: list[int]) -> bool:
@@ -159,4 +185,5 @@ def flying(model: mujoco.MjModel, data: Any, actions: Mapping[str, str], dt: flo
     """
     if reasons := against_flying(model, data, actions):
         raise ModelError(f"expected a free body with rotors at its sites, found {' and '.join(reasons)}: {LEARN}")
-    return Rotorcraft.of(model, data, [model.actuator(name).id for name in actions]).equations(dt)
+    craft = Rotorcraft.of(model, data, [model.actuator(name).id for name in actions])
+    return craft.equations(dt, [*actions.values()])

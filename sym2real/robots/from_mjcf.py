@@ -174,8 +174,9 @@ def _in_space(
     if motion.uncovered:
         return motion
     craft = Rotorcraft.of(model, data, [model.actuator(name).id for name in actions])
-    resting = motion.resting if model.nkey else np.full(len(actions), craft.hovering)
-    quantities = (THRUST_COLUMN, *MOTOR_TORQUES)
+    resting = motion.resting if model.nkey else craft.hovering
+    given = (THRUST_COLUMN, *MOTOR_TORQUES)
+    quantities = tuple(name for name in given if name not in actions.values())
     return replace(motion, resting=resting, numbers=craft.numbers, quantities=quantities)
 
 

@@ -187,6 +187,11 @@ def _quantity_of(model: mujoco.MjModel, actuator: int) -> tuple[str, str]:
     """Field and unit of a control: of a force before its gear, which on a slide may be a turning motor's."""
     joint, kind = int(model.actuator_trnid[actuator, 0]), command_kind(model, actuator)
     on_joint = model.actuator_trntype[actuator] == BY_JOINT
+    if model.actuator_trntype[actuator] == mujoco.mjtTrn.mjTRN_SITE and kind == "force":
+        wrench = model.actuator_gainprm[actuator, 0] * model.actuator_gear[actuator].reshape(2, 3)
+        force, torque = np.linalg.norm(wrench, axis=1)
+        alone = not (force and torque) and np.isclose(force + torque, 1.0)
+        return COMMANDED[kind][int(torque > 0.0)] if alone else ("actuator command", "1")
     gain = abs(model.actuator_gainprm[actuator, 0] * model.actuator_gear[actuator, 0])
     if on_joint and model.jnt_type[joint] == SLIDE and kind == "force" and not np.isclose(gain, 1.0):
         return "actuator command", "1"

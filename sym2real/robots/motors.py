@@ -13,10 +13,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from sympy import Expr
+from sympy import Expr, Float
 
 from sym2real.errors import ModelError
-from sym2real.vocabulary import MOTOR_COLUMNS
+from sym2real.vocabulary import MOTOR_COLUMNS, THRUST_COLUMN, TORQUE_COMMAND
 
 MotorUnit = Literal["command", "rad/s"]
 
@@ -68,6 +68,17 @@ class Motors:
         """Centre to every rotor in m."""
         return self.arm if isinstance(self.arm, tuple) else (self.arm,) * len(self.spin)
 
+    @property
+    def numbers(self) -> dict[str, float]:
+        """By the names of a body's."""
+        geometry = {"arm": sum(self.arms) / len(self.arms), "torque_per_thrust": self.torque_per_thrust}
+        return geometry | ({"rotor_thrust": self.thrust} if self.unit == "rad/s" else {})
+
+    def wrench(self, motors: Sequence[Expr]) -> tuple[Expr, tuple[Expr, ...]]:
+        """Thrust in N along body z, and torque about the body axes in N m."""
+        forces = self.forces(motors)
+        return sum(forces), self.torques(forces)
+
     def forces(self, motors: Sequence[Expr]) -> list[Expr]:
         """Thrust of each rotor in N."""
         power = 2 if self.unit == "rad/s" else 1
@@ -93,3 +104,42 @@ class Motors:
 def _sine(degrees: float) -> float:
     """Sine of an angle, equal in size for equal places, and zero where it is."""
     return round(math.sin(math.radians(degrees)), 15)
+
+
+@dataclass(frozen=True)
+class Wrenches:
+    """Actuators that each give a thrust and a torque by themselves, as simulators have them; by default in N and N m.
+
+    Args:
+        columns: their commands.
+        thrusts: along body z for a command of 1, N.
+        moments: about the body axes, of the same, N m.
+
+    Raises:
+        ModelError: where a command called "thrust" is none in N.
+    """
+
+    columns: tuple[str, ...] = (THRUST_COLUMN, *TORQUE_COMMAND.columns)
+    thrusts: tuple[float, ...] = (1.0, 0.0, 0.0, 0.0)
+    moments: tuple[tuple[float, float, float], ...] = ((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1))
+
+    def __post_init__(self) -> None:
+        units = tuple(float(name == THRUST_COLUMN) for name in self.columns)
+        if THRUST_COLUMN in self.columns and self.thrusts != units:
+            actual = ", ".join(f"{name} {value:g}" for name, value in zip(self.columns, self.thrusts, strict=True))
+            raise ModelError(f"expected a command called {THRUST_COLUMN} that is all of it in N, found N per {actual}")
+
+    @property
+    def numbers(self) -> dict[str, float]:
+        """They need none."""
+        return {}
+
+    def wrench(self, commands: Sequence[Expr]) -> tuple[Expr, tuple[Expr, ...]]:
+        """Thrust in N along body z, and torque about the body axes in N m."""
+        thrust, *torque = (
+            sum(Float(factor) * own if factor != 1.0 else own for factor, own in pairs if factor)
+            for pairs in (
+                [*zip(factors, commands, strict=True)] for factors in (self.thrusts, *zip(*self.moments, strict=True))
+            )
+        )
+        return thrust, tuple(torque)

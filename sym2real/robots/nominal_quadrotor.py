@@ -20,15 +20,15 @@ from sym2real.errors import ModelError
 from sym2real.layout import Layout, Layouts
 from sym2real.robots import crazyflie
 from sym2real.robots.likely import unlikely_in_quadrotor
-from sym2real.robots.motors import Motors
+from sym2real.robots.motors import Motors, Wrenches
 from sym2real.robots.rigid_body import FirstOrder, Vector, free_fall, gyroscopic, increment, symbols
 from sym2real.robots.robot import GRAVITY
 from sym2real.rotation import axes, product
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.mass_normalised import PER_KILOGRAM
-from sym2real.vocabulary import MOTORS
+from sym2real.vocabulary import MOTOR_TORQUES, MOTORS, THRUST_COLUMN
 
-Interface = Literal["thrust_rates", "thrust_attitude", "motors"]
+Interface = Literal["thrust_rates", "thrust_torques", "thrust_attitude", "motors"]
 Attitude = Literal["predicted", "measured"]
 
 POSITION, VELOCITY = vocabulary.POSITION.columns, vocabulary.VELOCITY.columns
@@ -48,6 +48,7 @@ FLAT = 1.05
 ABOVE = "the largest moment of inertia is above the sum of the others, as measured ones of a flat robot may be"
 COMMANDS: Mapping[str, tuple[str, ...]] = {
     "thrust_rates": ("thrust", *vocabulary.RATE_COMMAND.columns),
+    "thrust_torques": ("thrust", *vocabulary.TORQUE_COMMAND.columns),
     "thrust_attitude": ("thrust", *vocabulary.ATTITUDE_COMMAND.columns),
     "motors": MOTORS,
 }
@@ -81,7 +82,7 @@ def quadrotor(
     dt: float = 0.02,
     rate_gains: Sequence[float] | None = None,
     attitude_time_constant: float = 0.15,
-    motors: Motors | None = None,
+    motors: Motors | Wrenches | None = None,
     robot: str = "",
 ) -> Equations:
     """First-principles equations of a quadrotor.
@@ -89,15 +90,16 @@ def quadrotor(
     Args:
         mass: in kg; 1 where a log's thrust is mass-normalised (m/s²); None is 1 too, and ``notes`` says so.
         inertia: principal moments in kg m²; None scales the Crazyflie's by mass.
-        interface: actions are thrust in N and body rates in rad/s; thrust and attitude; or motors, four or those of
-            ``motors``.
+        interface: actions are thrust in N and body rates in rad/s; thrust and torques about the body axes in N m;
+            thrust and attitude; or motors, four or those of ``motors``.
         attitude: "predicted", or "measured": the quaternion is then an input, which is halfway to the next row along a
             log, and held where no row is known yet; the state is position and velocity, and only thrust along body z
             remains of the actions.
         dt: time step in s.
         rate_gains: gains of the on-board rate loop in 1/s (interface "thrust_rates"); None for the Crazyflie's.
         attitude_time_constant: of the on-board attitude loop in s (interface "thrust_attitude"); 0 answers at once.
-        motors: the rotors; None for rotors in scaled Crazyflie geometry that hover at half command.
+        motors: the rotors, or what else acts on the body (interface "motors"); None for rotors in scaled Crazyflie
+            geometry that hover at half command.
         robot: name of the robot they describe.
 
     Raises:
@@ -113,7 +115,11 @@ def quadrotor(
     if not (0 <= attitude_time_constant < math.inf and all(0 < gain < math.inf for gain in gains)):
         raise ModelError(f"loops need τ ≥ 0 s and gains > 0 1/s, found {attitude_time_constant} and {gains}")
     build = _Build(notes=notes, numbers={"mass": mass})
-    torque = _motors(build, motors, mass, attitude) if interface == "motors" else symbols(TORQUE)
+    actuators = motors if interface == "motors" else Wrenches() if interface == "thrust_torques" else None
+    if interface == "motors" and actuators is None:
+        actuators = _scaled_motors(mass)
+        build.notes.append("motors in scaled Crazyflie geometry that hover at command 0.5: fit the thrust per unit")
+    torque = symbols(TORQUE) if actuators is None else _actuated(build, actuators, attitude)
     middle = symbols(QUATERNION)
     if attitude == "predicted" and interface == "thrust_attitude":
         middle = _attitude_loop(build, attitude_time_constant, dt)
@@ -131,13 +137,13 @@ def quadrotor(
         else:
             middle = _free_rotation(build, moments, torque, dt)
     _translation(build, mass, middle, dt)
-    layouts, numbers = _layouts(interface, attitude, motors), build.numbers
+    layouts, numbers = _layouts(interface, attitude, actuators), build.numbers
     remarks = (*build.notes, *unlikely_in_quadrotor(mass, numbers))
     return Equations(build.next, layouts, dt, quantities=build.quantities, robot=robot, notes=remarks, numbers=numbers)
 
 
-def _layouts(interface: Interface, attitude: Attitude, motors: Motors | None) -> Layouts:
-    commands = motors.columns if interface == "motors" and motors else COMMANDS[interface]
+def _layouts(interface: Interface, attitude: Attitude, actuators: Motors | Wrenches | None) -> Layouts:
+    commands = COMMANDS[interface] if actuators is None else actuators.columns
     if attitude == "measured":
         actions = commands if interface == "motors" else commands[:1]
         return Layouts(Layout.of(POSITION + VELOCITY), Layout.of(actions), Layout.of(FORCE + QUATERNION))
@@ -146,20 +152,14 @@ def _layouts(interface: Interface, attitude: Attitude, motors: Motors | None) ->
     return Layouts(Layout.of(POSITION + QUATERNION + VELOCITY + RATES), Layout.of(commands), Layout.of(FORCE + TORQUE))
 
 
-def _motors(build: _Build, motors: Motors | None, mass: float, attitude: Attitude) -> Vector:
-    """Names the rotors' thrust and, where it turns the body, their torque; the whole torque about the body axes."""
-    if motors is None:
-        motors = _scaled_motors(mass)
-        build.notes.append("motors in scaled Crazyflie geometry that hover at command 0.5: fit the thrust per unit")
-    build.numbers |= {"arm": sum(motors.arms) / len(motors.arms), "torque_per_thrust": motors.torque_per_thrust}
-    if motors.unit == "rad/s":
-        build.numbers["rotor_thrust"] = motors.thrust
-    forces = motors.forces(symbols(motors.columns))
-    build.name(("thrust",), (sum(forces),))
+def _actuated(build: _Build, motors: Motors | Wrenches, attitude: Attitude) -> Vector:
+    """Names the thrust and, where it turns the body, the torque of actuators; the whole torque about the body axes."""
+    build.numbers |= motors.numbers
+    thrust, torque = motors.wrench(symbols(motors.columns))
+    if thrust != symbol(THRUST_COLUMN):
+        build.name((THRUST_COLUMN,), (thrust,))
     external = symbols(TORQUE)
-    if attitude == "measured":
-        return external
-    return external + build.name(("torque_x", "torque_y", "torque_z"), motors.torques(forces))
+    return external if attitude == "measured" else external + build.name(MOTOR_TORQUES, torque)
 
 
 def _translation(build: _Build, mass: float, attitude: Vector, dt: float) -> None:

@@ -332,3 +332,13 @@ def test_a_hinge_without_stops_may_turn_more_than_once_but_not_at_any_speed(
     endless = inspect_logs(saved(tmp_path, kept), layouts=LAYOUTS, endless=["q1"]).spec
     assert endless.columns["q1"].unit == unit
     assert inspect_logs(saved(tmp_path, kept), layouts=LAYOUTS).spec.columns["q1"].unit == "deg"
+
+
+def test_the_only_column_that_is_left_over_is_taken_for_the_only_one_that_is_missing(tmp_path: Path) -> None:
+    time = 0.01 * np.arange(300)
+    columns = {"t": time, "q1": np.sin(time), "q2": np.cos(time), "tau1": np.sin(2 * time), "effort": np.cos(2 * time)}
+    found = inspect_logs(saved(tmp_path, columns), layouts=LAYOUTS)
+    assert found.spec.columns["tau2"].column == "effort"
+    assert [row.confidence for row in found.rows if row.meaning == "tau2"] == ["guess"]
+    two = inspect_logs(saved(tmp_path, columns | {"other": np.cos(time)}), layouts=LAYOUTS)
+    assert "tau2" not in two.spec.columns

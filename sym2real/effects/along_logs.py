@@ -66,8 +66,15 @@ def precision_of(model: object) -> torch.dtype:
     return next((weight.dtype for weight in weights if weight.is_floating_point()), torch.float64)
 
 
-def prepared(model: Equations | DynamicsModel, dataset: Dataset) -> tuple[DynamicsModel, Dataset]:
+def prepared(
+    model: Equations | DynamicsModel, dataset: Dataset, like: DynamicsModel | None = None
+) -> tuple[DynamicsModel, Dataset]:
     """The model to predict with, and the logs with its inputs and the commands that reach the robot.
+
+    Args:
+        model: equations, or what predicts.
+        dataset: logs.
+        like: what was prepared of equations that differ in values of their parameters alone.
 
     Raises:
         ShapeError: when columns or time steps differ.
@@ -88,7 +95,8 @@ def prepared(model: Equations | DynamicsModel, dataset: Dataset) -> tuple[Dynami
             f"dt={equations.dt:g}{', upsample=True' if longer > 0.0 else ''}"
         )
     slow, logs = in_parts(equations, dataset)
-    return MeasuredModel(slow, model=whole), logs
+    compiled = like.model if isinstance(like, MeasuredModel) and isinstance(like.model, VisibleModel) else None
+    return MeasuredModel(slow, model=whole if compiled is None else compiled.at(slow)), logs
 
 
 def _step_of(model: object) -> float:

@@ -1,5 +1,8 @@
 """A compiled model as logs and controllers see it: hidden states start where the equations say and stay inside."""
 
+from __future__ import annotations
+
+from copy import copy
 from functools import lru_cache
 
 import torch
@@ -30,6 +33,14 @@ class VisibleModel:
         self.equations = equations
         self.columns = visible_state(equations).size
         self.compiled = compile_model(equations, dtype=dtype)
+        self._values: Tensor | None = None  # those that were compiled
+
+    def at(self, equations: Equations) -> VisibleModel:
+        """The same of equations that differ in values of their parameters alone: nothing is compiled anew."""
+        other = copy(self)
+        other.equations = equations
+        other._values = torch.tensor(list(equations.parameters.values()), dtype=self.compiled.values.dtype)
+        return other
 
     def __call__(self, state: Tensor, action: Tensor, inputs: Tensor | None = None) -> Tensor:
         """State ``# (..., visible)`` after one action ``# (..., action)``."""
@@ -44,7 +55,7 @@ class VisibleModel:
         return hidden_along(self.equations, self._step, states, actions, inputs)
 
     def _step(self, state: Tensor, action: Tensor, inputs: Tensor | None) -> Tensor:
-        return rollout(self.compiled, state, action[..., None, :], inputs)[..., 0, :]
+        return rollout(self.compiled, state, action[..., None, :], inputs, self._values)[..., 0, :]
 
     def rollout(
         self, state: Tensor, actions: Tensor, inputs: Tensor | None = None, parameters: Tensor | None = None
@@ -57,7 +68,8 @@ class VisibleModel:
         if inputs is not None and inputs.dim() >= actions.dim():
             first = inputs[..., 0, :]
         start = with_hidden_start(self.equations, state, actions[..., 0, :], first)
-        return rollout(self.compiled, start, actions, inputs, parameters)[..., : self.columns]
+        given = self._values if parameters is None else parameters
+        return rollout(self.compiled, start, actions, inputs, given)[..., : self.columns]
 
 
 def hidden_rows(model: object, states: Tensor, actions: Tensor, inputs: Tensor | None = None) -> Tensor:

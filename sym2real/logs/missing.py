@@ -49,7 +49,7 @@ def require_columns(file: str | Path, standard: Collection[str], others: Collect
     hints = [*_close(missing, others), *_other_interface(layouts, standard)]
     hints += [*_on_the_ground(missing, standard), *_derivable(missing, standard, layouts)]
     if others:
-        hints += [f'`{missing[0]} = "…"` under [columns] of the specification names it', specification(file)]
+        hints += [f'`{missing[0]} = "…"` under [columns] of the specification names it', specification(file, layouts)]
     actual = "; ".join((f"only {listed(there)}", *hints))
     raise DataError(file, f"columns of the model: {_with_units(missing, units)}", actual)
 
@@ -60,15 +60,16 @@ def listed(names: Collection[str]) -> str:
     return ", ".join(list(names)[:MOST_NAMED]) + more
 
 
-def specification(file: str | Path) -> str:
-    """How a file, or a data frame, whose columns have names of their own is read."""
+def specification(file: str | Path, layouts: Layouts | None = None) -> str:
+    """How a file, or a data frame, whose columns have names of their own is read; of a model with joints by that."""
     if file == FRAME:
         return (
             "where columns have names of their own, a specification says what they are: inspect_logs proposes one for "
             "the same log as a file, and spec=… reads the frame by it"
         )
     spec = f"{Path(file).stem}.toml"
-    command = f"sym2real inspect {shlex.quote(str(file))} --out {shlex.quote(spec)}"
+    of_model = " --model MODEL" if layouts is not None and layouts.state.joints else ""
+    command = f"sym2real inspect {shlex.quote(str(file))}{of_model} --out {shlex.quote(spec)}"
     return (
         "where a file names its columns its own way, a specification says what they are: "
         f"`{command}` proposes one, and --spec {shlex.quote(spec)} reads the log by it"

@@ -53,14 +53,8 @@ def script(module: nn.Module) -> torch.jit.ScriptModule:
 
 
 def build_module(equations: Equations) -> nn.Module:
-    """Plain module of the equations, for ``torch.export`` and as the text's meaning; see :func:`compile_model`.
-
-    Equations that differ in values of their parameters alone have one class.
-    """
-    form = replace(equations, parameters=dict.fromkeys(equations.parameters, 0.0))
-    module = class_from_source(model_source(form), "Dynamics")()
-    module.values.copy_(torch.tensor(list(equations.parameters.values()), dtype=torch.float64))  # type: ignore[operator]
-    return module
+    """Plain module of the equations, for ``torch.export`` and as the text's meaning; see :func:`compile_model`."""
+    return class_from_source(model_source(equations), "Dynamics")()
 
 
 def compile_model(
@@ -91,10 +85,8 @@ def compile_model(
     if not isinstance(equations, Equations):
         actual = type(equations).__name__
         raise ModelError(f"expected equations to compile, found {actual}; a model with networks predicts as it is")
-    module = build_module(equations)
-    model = script(module.to(device=device, dtype=dtype))
-    # For those who can do better than call it; not saved with it.
-    model.equations, model.form = equations, type(module)
+    model = script(build_module(equations).to(device=device, dtype=dtype))
+    model.equations = equations  # for those who can do better than call it; not saved with it
     return model
 
 

@@ -1,8 +1,8 @@
 """When a rollout goes to compiled C: equations are known, nobody asks for gradients, and there is enough to compute.
 
-Models that differ in values of parameters alone are compiled to C once they have been rolled out over :data:`MANY`
-steps, a call counting as :data:`CALL` of them, which take torch about as long as the compiler takes; until then, and
-wherever there is no compiler, torch computes the same but for rounding.
+A model is compiled to C once it has been rolled out over :data:`MANY` steps, a call counting as :data:`CALL` of them,
+which take torch about as long as the compiler takes; until then, and wherever there is no compiler, torch computes the
+same but for rounding.
 """
 
 import logging
@@ -30,7 +30,7 @@ CALL = 2000
 
 @dataclass
 class _Use:
-    """How far models of one form have been rolled out, and their kernels; None for what cannot be compiled."""
+    """How far a model has been rolled out, and its kernels; None for one that cannot be compiled."""
 
     steps: int = 0
     kernels: dict[torch.dtype, NativeRollout | None] = field(default_factory=dict)
@@ -73,7 +73,7 @@ def native_rollout(
         return None
     if torch.is_grad_enabled() and any(tensor.requires_grad for tensor in tensors):
         return None
-    use = _uses.setdefault(getattr(model, "form", model), _Use())
+    use = _uses.setdefault(model, _Use())
     batches = [state.shape[:-1], actions.shape[:-2]]
     use.steps += (torch.broadcast_shapes(*batches).numel() + CALL) * actions.shape[-2]
     if use.steps >= MANY and state.dtype not in use.kernels:

@@ -58,9 +58,10 @@ def observe(variants: Given | WithFindings, data: Dataset, method: Start = "smoo
     measured = starts.measured[:, ends]
     channels = dict(zip(channel_units(layout), map(list, layout.tangent_places), strict=True)) | named_channels(layout)
     sizes: dict[str, list[Array]] = {name: [] for name in channels}  # norms # (W, horizons and the shown one)
-    curves = []
+    curves, model = [], None
     for on in subsets(len(variants.switches)):
-        predicted = starts.predicted(*variants.prepared(on, data))
+        model, logs = variants.prepared(on, data, model)
+        predicted = starts.predicted(model, logs)
         away = layout.difference(predicted[:, ends], measured)
         for name, places in channels.items():
             sizes[name].append(away[..., places].norm(dim=-1).numpy())

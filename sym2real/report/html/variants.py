@@ -44,7 +44,9 @@ class Given:
     models: tuple[Predicting, ...]
     switches: tuple[Switch, ...] = ()
 
-    def prepared(self, on: Sequence[bool], data: Dataset) -> tuple[DynamicsModel, Dataset]:
+    def prepared(
+        self, on: Sequence[bool], data: Dataset, _like: DynamicsModel | None = None
+    ) -> tuple[DynamicsModel, Dataset]:
         """The model with these switches on, and the logs as it takes them."""
         return prepared(self.models[sum(on)], data)
 
@@ -71,12 +73,14 @@ class WithFindings:
         own, rest = self.findings[: MOST_SWITCHES - 1], self.findings[MOST_SWITCHES - 1 :]
         return [*((finding,) for finding in own), *([rest] if rest else [])]
 
-    def prepared(self, on: Sequence[bool], data: Dataset) -> tuple[DynamicsModel, Dataset]:
-        """The model with these switches on, and the logs as it takes them."""
+    def prepared(
+        self, on: Sequence[bool], data: Dataset, like: DynamicsModel | None = None
+    ) -> tuple[DynamicsModel, Dataset]:
+        """The model with these switches on, and the logs as it takes them; compiled as that with others is."""
         off = [finding for group, is_on in zip(self._groups, on, strict=True) if not is_on for finding in group]
         none = {name: value for finding in off for name, value in self._whole[1][finding.effect].items()}
         whole = self._whole[0]
-        return prepared(replace(whole, parameters={**whole.parameters, **none}), data)
+        return prepared(replace(whole, parameters={**whole.parameters, **none}), data, like)
 
     @cached_property
     def _whole(self) -> tuple[Equations, dict[str, dict[str, float]]]:

@@ -114,7 +114,7 @@ def _those_late(model: Equations, data: Dataset, late: Late, likelihood: float) 
 
 def _evidence(quantity: str, before: float, after: float) -> str:
     """What shows a transformation: in which quantity how much less is missed."""
-    missed = f"{100 * before:.2g} % of the squared changes of the {quantity}"
+    missed = f"{100 * before:.3g} % of the squared changes of the {quantity}"
     return f"model and log differ by {missed} as it stands, by {100 * after:.2g} % without"
 
 

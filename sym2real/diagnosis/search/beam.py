@@ -93,12 +93,18 @@ class SearchResult:
 
 
 def search(prepared: Prepared, stages: Stages) -> SearchResult:
-    """The effects that are there and that predictions need; Ctrl-C keeps what is found by then."""
+    """The effects that are there and that predictions need; Ctrl-C keeps what is found by then.
+
+    A base as it is comes before a calibrated one where it costs so much less without effects; the other in doubt.
+    """
+    other = uncalibrated(prepared) if prepared.calibrated else None
+    if other is not None and _cheaper(_without_effects(other), _without_effects(prepared)):
+        prepared, other = other, prepared
     selection = _searched(prepared, stages)
-    if prepared.calibrated and not stages.interrupted and _doubtful(selection, as_it_is := uncalibrated(prepared)):
-        other = _searched(as_it_is, stages)
-        if other.surely_cheaper(other.present, selection.present):
-            prepared, selection = as_it_is, other
+    if other is not None and not stages.interrupted and _doubtful(selection, other):
+        second = _searched(other, stages)
+        if second.surely_cheaper(second.present, selection.present):
+            prepared, selection = other, second
     predicted = Predicted(selection, prepared.library, prepared.checked.data)
     dropped = stages.try_to("holding effects against predictions", settle, predicted)
     if dropped is not None:
@@ -114,15 +120,21 @@ def _searched(prepared: Prepared, stages: Stages) -> Selection:
     return selection
 
 
-def _doubtful(searched: Selection, as_it_is: Prepared) -> bool:
-    """Whether what was found, or nothing, costs so much less beside the base as it is than beside a calibrated one.
+def _without_effects(prepared: Prepared) -> EffectSet:
+    return Selection(prepared.problems, prepared.candidates, prepared.origin).present
+
+
+def _doubtful(searched: Selection, other: Prepared) -> bool:
+    """Whether what was found costs so much less beside the base as the other way has it.
 
     As much as an effect must save: a simulator's wheels slip where a robot's may roll.
     """
-    plain = Selection(as_it_is.problems, as_it_is.candidates, as_it_is.origin)
-    nothing, same = searched.beside([], searched.fit), plain.beside(searched.chosen, searched.fit)
-    least = 1.0 - SETTINGS.gain
-    return plain.present.price < least * nothing.price or same.price < least * searched.present.price
+    same = Selection(other.problems, other.candidates, other.origin).beside(searched.chosen, searched.fit)
+    return _cheaper(same, searched.present)
+
+
+def _cheaper(effects: EffectSet, others: EffectSet) -> bool:
+    return effects.price < (1.0 - SETTINGS.gain) * others.price
 
 
 @dataclass(eq=False)

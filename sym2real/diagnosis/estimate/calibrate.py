@@ -151,8 +151,7 @@ def calibrated(library: Library, candidates: Sequence[Candidate], data: Dataset,
 
 def _worth_it(problems: Problems, everything: Fit, candidates: Sequence[Candidate], least: float) -> list[Candidate]:
     """Candidates that lower the quadratic model's loss by ``least`` each, the best first."""
-    chosen: list[Candidate] = []
-    saved = 0.0
+    chosen, saved = list[Candidate](), 0.0
     while len(chosen) < MOST_EFFECTS:
         trials = []
         for candidate in (candidate for candidate in candidates if candidate not in chosen):

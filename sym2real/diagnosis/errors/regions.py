@@ -148,7 +148,7 @@ def _statement(errors: WindowErrors, channel: str, feature: str, target: Array, 
     known = None if region is None else training_range(feature, region)
     trained = None if known is None else bool(known[0] <= np.median(values[inside]) <= known[1])
     coverage = float(inside.mean())
-    words = _range_in_words(f"{feature} is", errors.units[feature], (low, high), values)
+    words = _range_in_words(f"{feature} is", errors.units[feature], low, high, values)
     size_words = f"the {IN_WORDS.get(channel, channel)} error is {ratio:.1f}× larger"
     statement = f"where {words} {size_words}; {100 * coverage:.0f} % of the data"
     if trained is not None:
@@ -169,8 +169,7 @@ def _worst_range(values: Array, target: Array) -> NDArray[np.bool_]:
     return inside
 
 
-def _range_in_words(what: str, unit: str, ends: tuple[float, float], values: Array) -> str:
-    low, high = ends
+def _range_in_words(what: str, unit: str, low: float, high: float, values: Array) -> str:
     if low <= values.min():
         return f"{what} below {with_unit(high, unit, 2)}"
     if high >= values.max():

@@ -104,8 +104,7 @@ class Calibration(Whitened):
             free: the parameters.
             logs: name of the log of every segment elsewhere.
         """
-        here = Hypothesis(free, self.values)
-        (fit,) = Problems(self.problem, self.whitening).quadratics([here])
+        (fit,) = Problems(self.problem, self.whitening).quadratics([Hypothesis(free, self.values)])
         library = self.problem.library
         effects = [library.effects.get(library.slots[slot].effect) for slot in free]
         # Errors have no slope where an effect begins at a threshold.

@@ -223,8 +223,7 @@ def _alternatives(near: Near, own: Candidate, without: EffectSet, sets: Sequence
 
 
 def _findings(selection: Selection, alternatives: Judged, calibration: Calibration | None) -> list[Finding]:
-    groups, equations = {}, selection.problems.library.equations
-    for own in selection.chosen:
-        alike = (other.effect for other in alternatives[own.name] if other.as_good)
-        groups[own.name] = tuple(dict.fromkeys([*own.alike, *always_alike(own.name, equations), *alike]))
+    equations = selection.problems.library.equations
+    alike = {name: [other.effect for other in others if other.as_good] for name, others in alternatives.items()}
+    groups = {own.name: (*own.alike, *always_alike(own.name, equations), *alike[own.name]) for own in selection.chosen}
     return findings(selection, None, groups, calibration)

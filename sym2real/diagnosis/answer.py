@@ -184,5 +184,4 @@ def _of_search(result: SearchResult) -> dict[str, Any]:
     """What an answer says of the search, scored or not."""
     problems, values = result.prepared.problems, (result.prepared.library.null, result.selection.fit.values)
     base, informed = (problems.whitening.misfit(problems.problem.residuals(each[None])[0]) for each in values)
-    tested, not_tested = result.selection.tested, result.prepared.not_tested
-    return {"tried": tested, "not_tried": not_tested, "misfit": (base, informed)}
+    return {"tried": result.selection.tested, "not_tried": result.prepared.not_tested, "misfit": (base, informed)}

@@ -122,8 +122,7 @@ def cut(data: Dataset, fields: Collection[str] | None = None) -> Segments:
     first = SETTLING + WARM_UP
     starts = [(log, row) for log, own in enumerate(data) for row in range(first, len(own) - length, length)]
     steps = (np.diff(data[log].state[row : row + length], axis=0) for log, row in starts)
-    stand = [(step == 0).all(axis=1).mean() > SETTINGS.frozen for step in steps]
-    moving = [start for start, stands in zip(starts, stand, strict=True) if not stands]
+    moving = [at for at, step in zip(starts, steps, strict=True) if (step == 0).all(axis=1).mean() <= SETTINGS.frozen]
     if not moving:
         raise _without_segments(data, first + length + 1)
     log, row = np.array(moving, dtype=np.int64).T

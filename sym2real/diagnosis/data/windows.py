@@ -75,10 +75,6 @@ class Windows:
     start: Tensor
     layout: Layout
 
-    def errors(self, step: int) -> dict[str, Array]:
-        """Norm of the prediction error per channel ``step`` rows after the start ``# (windows,)``."""
-        return channel_errors(self.layout, self.predicted[:, step - 1], self.measured[:, step - 1])
-
     @property
     def missed(self) -> Tensor:
         """What came out after one step, less what was predicted ``# (windows, tangent)``."""

@@ -93,9 +93,8 @@ def locate(model: Equations | DynamicsModel, data: Logs, region: Region | None =
 
 def where_of(errors: WindowErrors, region: Region | None = None) -> tuple[Where, ...]:
     """Statements on errors at hand; see :func:`locate`."""
-    regions: list[Where] = []
     targets = {name: np.log(values + errors.floor[name]) for name, values in errors.errors.items()}
-    used: set[str] = set()
+    regions, used = list[Where](), set[str]()
     while len(regions) < MOST:
         scored = [
             (_unseen_r2(values, targets[channel], errors.group), channel, feature)
@@ -109,9 +108,7 @@ def where_of(errors: WindowErrors, region: Region | None = None) -> tuple[Where,
         alike = [entry for entry in scored if entry[0] >= max(best - SETTINGS.statement_alike, SETTINGS.statement_r2)]
         _, channel, feature = min(alike, key=lambda entry: (list(errors.units).index(entry[2]), -entry[0]))
         used.add(feature)
-        statement = _statement(errors, channel, feature, targets[channel], region)
-        if statement is not None:
-            regions.append(statement)
+        regions += filter(None, [_statement(errors, channel, feature, targets[channel], region)])
         # What this feature explains, in any channel, is said.
         targets = {name: target - _explained(errors.features[feature], target) for name, target in targets.items()}
     return tuple(regions)
@@ -151,7 +148,7 @@ def _statement(errors: WindowErrors, channel: str, feature: str, target: Array, 
     known = None if region is None else training_range(feature, region)
     trained = None if known is None else bool(known[0] <= np.median(values[inside]) <= known[1])
     coverage = float(inside.mean())
-    words = _range_in_words(f"{feature} is", errors.units[feature], (low, high), values)
+    words = _range_in_words(f"{feature} is", errors.units[feature], low, high, values)
     size_words = f"the {IN_WORDS.get(channel, channel)} error is {ratio:.1f}× larger"
     statement = f"where {words} {size_words}; {100 * coverage:.0f} % of the data"
     if trained is not None:
@@ -172,8 +169,7 @@ def _worst_range(values: Array, target: Array) -> NDArray[np.bool_]:
     return inside
 
 
-def _range_in_words(what: str, unit: str, ends: tuple[float, float], values: Array) -> str:
-    low, high = ends
+def _range_in_words(what: str, unit: str, low: float, high: float, values: Array) -> str:
     if low <= values.min():
         return f"{what} below {with_unit(high, unit, 2)}"
     if high >= values.max():

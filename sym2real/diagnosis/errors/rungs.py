@@ -157,9 +157,7 @@ class HeldOut:
             """By channel, so many rows behind the starts of windows ``# (W, state)``."""
             block, own = max(SHORTEST_BLOCK, ceil(step / stride_of(self.logs.dt))), known[step]
             by_window = finite_errors(windows.layout, predicted, windows.measured[:, step])
-            return {
-                name: error_of(all_of[own], windows.log[own], units[name], block) for name, all_of in by_window.items()
-            }
+            return {n: error_of(values[own], windows.log[own], units[n], block) for n, values in by_window.items()}
 
         rungs, unchanged = [], {at: errors(windows.start, n) for at, n in steps.items()}
         for name, sets in stages:

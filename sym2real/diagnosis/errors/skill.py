@@ -126,7 +126,7 @@ def prediction_errors(
 
 def _summary(windows: Sequence[Windows], step: int, dataset: Dataset, floor: Floor | None) -> HorizonErrors:
     measured = [(window, window.measured[:, step - 1]) for window in windows]
-    errors = _joined(window.errors(step) for window in windows)
+    errors = _joined(channel_errors(window.layout, window.predicted[:, step - 1], ends) for window, ends in measured)
     holds = _joined(channel_errors(window.layout, window.start, ends) for window, ends in measured)
     off_means = _joined(off_the_mean(window.layout, ends) for window, ends in measured)
     varied = sum(len(window.rows) for window in windows) >= SETTINGS.fewest_pieces * len(windows)

@@ -104,8 +104,7 @@ class Calibration(Whitened):
             free: the parameters.
             logs: name of the log of every segment elsewhere.
         """
-        here = Hypothesis(free, self.values)
-        (fit,) = Problems(self.problem, self.whitening).quadratics([here])
+        (fit,) = Problems(self.problem, self.whitening).quadratics([Hypothesis(free, self.values)])
         library = self.problem.library
         effects = [library.effects.get(library.slots[slot].effect) for slot in free]
         # Errors have no slope where an effect begins at a threshold.
@@ -151,8 +150,7 @@ def calibrated(library: Library, candidates: Sequence[Candidate], data: Dataset,
 
 def _worth_it(problems: Problems, everything: Fit, candidates: Sequence[Candidate], least: float) -> list[Candidate]:
     """Candidates that lower the quadratic model's loss by ``least`` each, the best first."""
-    chosen: list[Candidate] = []
-    saved = 0.0
+    chosen, saved = list[Candidate](), 0.0
     while len(chosen) < MOST_EFFECTS:
         trials = []
         for candidate in (candidate for candidate in candidates if candidate not in chosen):

@@ -61,8 +61,7 @@ def beyond_trim(problems: Problems, fit: Fit, candidate: Candidate, origin: Tens
     """
     if problems.log_count < SETTINGS.fewest_logs:
         return False
-    chance = Distance.of(problems, fit, candidate, origin).chance(problems.logs)
-    return chance < SETTINGS.false_alarms_of_each(tested)
+    return Distance.of(problems, fit, candidate, origin).chance(problems.logs) < SETTINGS.false_alarms_of_each(tested)
 
 
 def sizes_beyond_chance(problems: Problems, fit: Fit, tested: int) -> tuple[Tensor, Tensor]:

@@ -281,16 +281,15 @@ def estimate(
     power = torch.full((len(spread.names),), 0.25, dtype=torch.float64)
     rows = number.repeat(residuals.shape[1] // spread.components)
     products = spread.products(residuals, rows)
-    sensor, power = most_likely(products, sensor, power)
-    whitening = spread.whitening(sensor[number], power)
-    for _ in range(0 if alike else TRUST_ROUNDS):
-        trust = _trust(whitening, residuals)
-        if bool((trust == 1).all()):
-            return whitening
+    trust = residuals.new_ones(len(residuals))
+    for _ in range(1 + TRUST_ROUNDS):
         weight = trust / trust.mean()  # without the mean the scale would hardly move (see above)
         sensor, power = most_likely(products.weighted(weight), sensor, power)
         whitening = spread.whitening(sensor[number], power)
-    return whitening if alike else replace(whitening, trust=_trust(whitening, residuals))
+        trust = whitening.trust if alike else _trust(whitening, residuals)
+        if bool((trust == 1).all()):
+            return whitening
+    return replace(whitening, trust=trust)
 
 
 def _trust(whitening: Whitening, residuals: Tensor) -> Tensor:

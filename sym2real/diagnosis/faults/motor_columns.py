@@ -73,17 +73,14 @@ def turned_the_other_way(model: Equations, data: Dataset) -> Dataset | None:
     if any(names_in(expression) - {*MOTORS} for expression in expressions):
         return None
     wrench_of = compile_function(expressions, [MOTORS])
-    place, logs = data.layouts.action.indices(MOTORS), []
-    for log in data:
-        motors = _mirrored(wrench_of, torch.as_tensor(log.action[:, place]))
-        if motors is None:
-            return None
-        logs.append(log.with_columns(dict(zip(MOTORS, motors.numpy().T, strict=True))))
-    return Dataset(logs)
+    mirrored = (_mirrored(wrench_of, log) for log in data)
+    logs = [log for log in mirrored if log is not None]
+    return Dataset(logs) if len(logs) == len(data) else None
 
 
-def _mirrored(wrench_of: Callable[[Tensor], Tensor], sent: Tensor) -> Tensor | None:
-    """Motors ``# (rows, 4)`` whose thrust and torques are those of others with the last reversed; None without any."""
+def _mirrored(wrench_of: Callable[[Tensor], Tensor], log: Trajectory) -> Trajectory | None:
+    """With motors whose thrust and torques are those of the log's with the last reversed; None without any."""
+    sent = torch.as_tensor(log.action[:, log.layouts.action.indices(MOTORS)])
     goal = wrench_of(sent) * torch.tensor([1.0, 1.0, 1.0, -1.0], dtype=torch.float64)
     motors, steps = sent, STEP * torch.eye(4, dtype=torch.float64)
     for _ in range(ROUNDS):
@@ -91,7 +88,8 @@ def _mirrored(wrench_of: Callable[[Tensor], Tensor], sent: Tensor) -> Tensor | N
         slopes = (wrench_of(motors[:, None] + steps) - here[:, None]) / STEP  # (rows, motors, wrench)
         motors = motors + torch.linalg.solve_ex(slopes.mT, goal - here).result
     missed = (wrench_of(motors) - goal).abs()
-    return motors if bool((missed <= MISSED * goal.abs().amax(0)).all()) else None
+    reached = bool((missed <= MISSED * goal.abs().amax(0)).all())
+    return log.with_columns(dict(zip(MOTORS, motors.numpy().T, strict=True))) if reached else None
 
 
 def order_text(motor_order: MotorOrder) -> tuple[str, str]:

@@ -52,9 +52,7 @@ class Library:
         An effect with a phase of its own in every log swings with the logs' column :data:`ANGLE`; one that is a
         choice among few is there once for each.
         """
-        named: dict[str, Effect] = {}
-        chosen = []
-        slots: list[Slot] = []
+        named, slots, chosen = dict[str, Effect](), list[Slot](), []
         for own in effects:
             if own.searching.swings:
                 base = replace(base, layouts=base.layouts.with_input(ANGLE))
@@ -87,9 +85,9 @@ class Library:
         """Of the effect that stands here under a name."""
         return self.effects[name].key if name in self.effects else name
 
-    def indices(self, key: str) -> tuple[int, ...]:
-        """Slots of an effect."""
-        return tuple(i for i, slot in enumerate(self.slots) if slot.effect == key)
+    def indices(self, *keys: str) -> tuple[int, ...]:
+        """Slots of effects."""
+        return tuple(i for i, slot in enumerate(self.slots) if slot.effect in keys)
 
     @property
     def null(self) -> Tensor:
@@ -120,8 +118,7 @@ class Library:
         """Slots without whose effects measurements are the state itself; None where the base's are not."""
         if self.base.output:
             return None
-        measuring = {key for key, effect in self.effects.items() if effect.stage == "measurement"}
-        return tuple(i for i, slot in enumerate(self.slots) if slot.effect in measuring)
+        return self.indices(*(key for key, effect in self.effects.items() if effect.stage == "measurement"))
 
     @cached_property
     def remembering(self) -> tuple[int, ...] | None:
@@ -129,8 +126,7 @@ class Library:
         if any(field.hidden for field in self.base.layouts.state.fields):
             return None
         state = {*self.equations.layouts.state}
-        hiding = {name for name, effect in self.effects.items() if state & {*effect.of.hidden, *effect.of.shared}}
-        return tuple(i for i, slot in enumerate(self.slots) if slot.effect in hiding)
+        return self.indices(*(key for key, own in self.effects.items() if state & {*own.of.hidden, *own.of.shared}))
 
     def busy(self, sets: Tensor, slots: Sequence[int] | None) -> Tensor:
         """Which parameter sets ``# (B, P)`` have any of the slots away from null; all for None."""

@@ -134,8 +134,11 @@ class Problem:
         sent = commands[0][commands[1][:, None, None], log, ahead]
         known = self._inputs[log, ahead].expand(len(sets), -1, -1, -1)
         start = self._start(segments.start, sets, parameters, moves)
-        if hidden_start_of(library.form) is not None:
-            start = self._with_hidden(start, commands, parameters, sets)
+        if hidden_start_of(library.form) is not None:  # hidden states run through the rows before, where they matter
+            start, busy = pad(start, (0, self._hidden)), library.busy(sets, library.remembering)
+            if busy.any():
+                hidden = self._warmed_up((commands[0], commands[1][busy]), sets[busy], parameters[busy])
+                start[busy, ..., self._visible :] = hidden
         if pushes is not None:
             sent = sent + pushes[0].repeat(1, 1, 1, library.parts(self.data.dt))
             known = known + pushes[1]
@@ -181,22 +184,14 @@ class Problem:
         measured: Tensor = output(*given)
         return measured
 
-    def _with_hidden(self, start: Tensor, commands: tuple[Tensor, Tensor], parameters: Tensor, sets: Tensor) -> Tensor:
-        """Hidden states at the start: they run through the rows before it, from a start in rest, where they matter.
+    def _warmed_up(self, commands: tuple[Tensor, Tensor], sets: Tensor, parameters: Tensor) -> Tensor:
+        """Hidden states at the start: they run through the rows before it, from a start in rest.
 
         Args:
-            start: ``# (B, S, visible)``.
             commands: of :meth:`FilteredCommands.of`.
-            parameters: ``# (B, 1, all)``.
             sets: ``# (B, P)``.
+            parameters: ``# (B, 1, all)``.
         """
-        whole, busy = pad(start, (0, self._hidden)), self.library.busy(sets, self.library.remembering)
-        if busy.any():
-            hidden = self._warmed_up((commands[0], commands[1][busy]), sets[busy], parameters[busy])
-            whole[busy, ..., self._visible :] = hidden
-        return whole
-
-    def _warmed_up(self, commands: tuple[Tensor, Tensor], sets: Tensor, parameters: Tensor) -> Tensor:
         segments, first = self.segments, hidden_start_of(self.library.form)
         log, rows = torch.as_tensor(segments.log)[:, None], segments.rows_before()
         sent, known = commands[0][commands[1][:, None, None], log, rows], self._inputs[log, rows]

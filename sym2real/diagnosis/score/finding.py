@@ -108,7 +108,6 @@ def findings(
         own: the base against the plain simulator, if there is one.
     """
     library, problems = selection.problems.library, selection.problems
-    provisional = problems.block_count < SETTINGS.fewest_pieces
     probabilities = {} if near is None else near.probabilities(groups)
     fit = cleaned(problems, selection.fit, own)
     ordered = by_importance(selection)
@@ -126,7 +125,7 @@ def findings(
             share=share,
             group=group,
             separate_by=of.shown_by if len(group) > 1 else "",
-            provisional=provisional,
+            provisional=problems.block_count < SETTINGS.fewest_pieces,
             fix=AS_SENT if doubtful else _fix(of, values),
             log_spread=spread_over_logs(selection, candidate, fit),
             voltage=of.body.numbers.get(REFERENCE) if by_voltage else None,
@@ -187,9 +186,8 @@ def with_details(
     for finding in findings:
         chosen = {name: Estimate(value, value, value, "1") for name, value in library.choice(finding.effect).items()}
         of = library.effects.get(finding.effect)
-        settled = chosen | (known if of is not None and of.searching.swings else {})
         group = tuple(dict.fromkeys(library.key(name) for name in finding.group))
-        parameters = settled | finding.parameters
+        parameters = chosen | (known if of is not None and of.searching.swings else {}) | finding.parameters
         result.append(replace(finding, effect=library.key(finding.effect), group=group, parameters=parameters))
     return tuple(result)
 

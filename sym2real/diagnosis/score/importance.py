@@ -25,26 +25,20 @@ from sym2real.effects.trim import is_trim
 
 LEAST = 1e-9
 
-Ordered = list[tuple[Candidate, Fit]]
 Score = Callable[[Sequence[Candidate]], float]
 
 
-def by_importance(selection: Selection) -> Ordered:
+def by_importance(selection: Selection) -> list[tuple[Candidate, Fit]]:
     """Chosen effects, the most important first, each with the fit of all so far."""
     if selection.order is None:
-        selection.order = _ordered(selection)
+        order, values, ordered = _order(selection), selection.origin, list[tuple[Candidate, Fit]]()
+        for number, candidate in enumerate(order[:-1], start=1):
+            values = candidate.copied(selection.fit.values, into=values)
+            (fit,) = selection.problems.fit([Hypothesis(selection.free(order[:number]), values)])
+            ordered.append((candidate, fit))
+            values = fit.values
+        selection.order = [*ordered, *((last, selection.fit) for last in order[-1:])]
     return selection.order
-
-
-def _ordered(selection: Selection) -> Ordered:
-    order, values = _order(selection), selection.origin
-    ordered: Ordered = []
-    for number, candidate in enumerate(order[:-1], start=1):
-        values = candidate.copied(selection.fit.values, into=values)
-        (fit,) = selection.problems.fit([Hypothesis(selection.free(order[:number]), values)])
-        ordered.append((candidate, fit))
-        values = fit.values
-    return [*ordered, *((last, selection.fit) for last in order[-1:])]
 
 
 def _order(selection: Selection) -> list[Candidate]:

@@ -42,11 +42,10 @@ def find_differing(terms: Terms) -> tuple[Leftover, ...]:
             of_base = _by_log(terms.own, there, channel)[2].std()
         sure = chance < SETTINGS.false_alarms_of_each(len(channels)) and share > SETTINGS.nearly
         if sure and of_base <= SETTINGS.mostly * apart.std():
-            in_logs = terms.side.by_terms([constant])[..., 0] * torch.as_tensor(apart[place_of] / channel.size)[:, None]
-            motion = part_of_changes(segments, in_logs)
+            moved = terms.side.by_terms([constant])[..., 0] * torch.as_tensor(apart[place_of] / channel.size)[:, None]
             ends = [(sizes[at], data[int(logs[at])].name) for at in (apart.argmin(), apart.argmax())]
             words = " and ".join(f"{with_unit(size, channel.unit)} in {log}" for size, log in ends)
-            leftovers.append(Leftover(LOG, channel.name, float(share), words, motion=motion))
+            leftovers.append(Leftover(LOG, channel.name, float(share), words, motion=part_of_changes(segments, moved)))
     return tuple(sorted((entry for entry in leftovers if entry.matters), key=lambda entry: -(entry.motion or 0.0)))
 
 

@@ -28,24 +28,13 @@ from operator import itemgetter
 from torch import Tensor
 
 from sym2real.diagnosis.estimate.calibrate import Calibration, by_log
-from sym2real.diagnosis.estimate.fit import Fit, Problems
+from sym2real.diagnosis.estimate.fit import Problems
 from sym2real.diagnosis.estimate.whitening import Spread, Whitening, estimate
 from sym2real.diagnosis.search.intervals import WITHIN_A_STEP
 from sym2real.diagnosis.search.select import Selection
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.diagnosis.unexplained.channels import TURNED, Channel, channels_of
-from sym2real.diagnosis.unexplained.disturbance_terms import (
-    CONSTANT,
-    Dependence,
-    Feature,
-    Side,
-    TermFit,
-    features_in,
-    name_of_earlier,
-    ranked,
-    shapes_among,
-    varying,
-)
+from sym2real.diagnosis.unexplained.disturbance_terms import CONSTANT, Dependence, Feature, Side, TermFit, ranked
 from sym2real.diagnosis.unexplained.features import part_of_changes
 from sym2real.diagnosis.unexplained.leftover import Leftover, split_in_words
 from sym2real.effects.kind import with_unit
@@ -70,7 +59,6 @@ class Terms:
         side: the logs at the best fit.
         own: the plain simulator's data at the base's own origin; None without a simulator.
         problems: the logs, under a whitening that explains what terms would.
-        fit: of what was found.
         beside: terms that were taken.
     """
 
@@ -79,7 +67,6 @@ class Terms:
     side: Side
     own: Side | None
     problems: Problems
-    fit: Fit
     beside: tuple[Dependence, ...] = ()
 
     @classmethod
@@ -92,15 +79,9 @@ class Terms:
             own: the base against the plain simulator.
         """
         problems, fit = selection.problems, selection.fit
-        everything = features_in(problems.problem)
-        features = varying(everything[0])
-        channels = channels_of(problems.problem, spread, fit)
-        side = Side.of(problems.problem, spread, fit.values, fit, shapes_among(everything, features))
-        flown = None
-        if own is not None:
-            there = shapes_among(features_in(own.problem), features)
-            flown = Side.of(own.problem, own.spread, own.values, fit, there)
-        return cls(features, channels, side, flown, problems, fit)
+        side = Side.of(problems.problem, spread, fit.values, fit)
+        flown = None if own is None else Side.of(own.problem, own.spread, own.values, fit, side.features)
+        return cls(side.features, channels_of(problems.problem, spread, fit), side, flown, problems)
 
     @property
     def pairs(self) -> list[Dependence]:
@@ -196,11 +177,10 @@ class Terms:
 
     def _hidden_in_a_step(self, judged: TermFit) -> bool:
         """Whether a command's dependence on what it was is less than nobody knows of when in a step it acts."""
-        channel, name = judged.term.channel, judged.term.name
-        if name != name_of_earlier(channel.name):
+        if not judged.term.of_its_past:
             return False
-        hidden = WITHIN_A_STEP * float(self.features[name].values[:, 0].std())
-        return channel.size * float(self._varied(judged).std()) < hidden
+        hidden = WITHIN_A_STEP * float(self.features[judged.term.name].values[:, 0].std())
+        return judged.term.channel.size * float(self._varied(judged).std()) < hidden
 
     def _varied(self, judged: TermFit) -> Tensor:
         """What a term makes of its channel, in steps of that ``# (S, pieces)``."""

@@ -32,7 +32,6 @@ from sym2real.trajectory import Array
 CONSTANT = "constant"
 # Rows by which a command is looked back at.
 EARLIER = (1, 3, 9)
-Shapes = tuple[dict[str, Tensor], ...]
 SMALLEST = 1e-12  # range of a feature, in its unit, that is rounding
 
 
@@ -78,21 +77,6 @@ def features_in(problem: Problem) -> tuple[dict[str, Feature], ...]:
     return {CONSTANT: Feature(CONSTANT, (), np.empty((len(logs), 0))), **here}, *around
 
 
-def varying(features: dict[str, Feature]) -> dict[str, Feature]:
-    """Those that vary, and the constant."""
-    return {name: own for name, own in features.items() if name == CONSTANT or np.ptp(own.values) > SMALLEST}
-
-
-def shapes_among(features: tuple[dict[str, Feature], ...], among: dict[str, Feature]) -> Shapes:
-    """Shapes of terms by the feature's name ``# (S, pieces, K)``, in the order of ``MOVES``.
-
-    Args:
-        features: of a data set, as of :func:`features_in`.
-        among: features of the logs, whose ranks count; others make no term.
-    """
-    return tuple({name: own.shapes(among[name]) for name, own in moved.items() if name in among} for moved in features)
-
-
 def name_of_earlier(command: str) -> str:
     """The name of what a command was less what it is."""
     return f"earlier {command}"
@@ -116,6 +100,11 @@ class Dependence(NamedTuple):
     name: str
     move: int = 0
 
+    @property
+    def of_its_past(self) -> bool:
+        """Whether a command depends on what it was."""
+        return self.name == name_of_earlier(self.channel.name)
+
 
 @dataclass(frozen=True, eq=False)
 class Side:
@@ -126,7 +115,8 @@ class Side:
         spread: of the covariance.
         shapes: derivatives of the residuals, over every piece, by disturbances, by what measurements are off by, and by
             parameters that were found ``# (S, R, D, pieces)``.
-        terms: shapes of every term, of :func:`shapes_among`.
+        features: of the logs, whose ranks count, by name; others make no term.
+        terms: shapes of terms by the feature's name ``# (S, pieces, K)``, in the order of ``MOVES``.
         ahead: where the robot points, level ``# (S, pieces, 2)``; None where nobody knows.
         problem: the data set with its segments.
     """
@@ -134,12 +124,15 @@ class Side:
     columns: Tensor
     spread: Spread
     shapes: Tensor
-    terms: Shapes
+    features: dict[str, Feature]
+    terms: tuple[dict[str, Tensor], ...]
     ahead: Tensor | None
     problem: Problem
 
     @classmethod
-    def of(cls, problem: Problem, spread: Spread, values: Tensor, fit: Fit, terms: Shapes) -> Side:
+    def of(
+        cls, problem: Problem, spread: Spread, values: Tensor, fit: Fit, features: dict[str, Feature] | None = None
+    ) -> Side:
         """At a parameter set ``# (P,)``.
 
         Args:
@@ -147,8 +140,13 @@ class Side:
             spread: of it.
             values: the parameter set ``# (P,)``.
             fit: of what was found.
-            terms: of :func:`shapes_among`.
+            features: of the logs; by default those of the data that vary, and the constant.
         """
+        by_move = features_in(problem)
+        if features is None:
+            here = by_move[0].items()
+            features = {name: own for name, own in here if name == CONSTANT or np.ptp(own.values) > SMALLEST}
+        terms = tuple({n: own.shapes(features[n]) for n, own in moved.items() if n in features} for moved in by_move)
         (columns,) = problem.linearised(values[None], [fit.whole])
         slopes = columns[..., 1 : 1 + len(fit.free), None] / PIECES  # a step everywhere is one of all pieces
         measured = [place for *_, place in offsets_of(problem)]
@@ -156,7 +154,7 @@ class Side:
         offsets = shape.repeat(problem.segments.length, 1)[None, ..., None].expand(len(columns), -1, -1, PIECES)
         slopes = slopes.expand(*slopes.shape[:-1], PIECES)
         shapes = torch.cat([spread.disturbances, offsets, slopes], dim=2)
-        return cls(columns, spread, shapes, terms, ahead_of(problem), problem)
+        return cls(columns, spread, shapes, features, terms, ahead_of(problem), problem)
 
     def products(self, whitening: Whitening) -> Tensor:
         """Products under C⁻¹, per segment, of all that terms are judged by ``# (S, 1 + A + D·pieces, ·)``.

@@ -58,9 +58,8 @@ def find_where_odd(problems: Problems, left: Tensor) -> tuple[Leftover, ...]:
         return ()
     (name, sign), from_on, squares = end, reached[end][odd].min(), problems.whitening.squares(left)
     where = f"{name} is {'above' if sign > 0 else 'below'} {sign * from_on:.3g}"
-    motion = part_of_changes(problems.problem.segments, left)
     share, words = float(squares[pieces].sum() / squares.sum()), f"{len(pieces)} of {len(odd)} pieces"
-    return (Leftover(where, "", share, words, motion=motion),)
+    return (Leftover(where, "", share, words, motion=part_of_changes(problems.problem.segments, left)),)
 
 
 def _reached(problems: Problems) -> dict[tuple[str, int], Array]:

@@ -48,8 +48,7 @@ class Part:
 
 def find_part(selection: Selection) -> tuple[Leftover, ...]:
     """What explains more in a part of the logs than an effect that was found, in its place; the surest for each."""
-    instead = (_instead_of(selection, own) for own in selection.chosen)
-    return tuple(leftover for leftover in instead if leftover is not None)
+    return tuple(filter(None, (_instead_of(selection, own) for own in selection.chosen)))
 
 
 def _instead_of(selection: Selection, own: Candidate) -> Leftover | None:

@@ -68,8 +68,8 @@ class Balance:
     @property
     def arms(self) -> Array:
         """Way of a point one metre ahead and of one to the left, level, as the robot turns ``# (stretches, 2, 2)``."""
-        turns = np.concatenate([np.diff(_axes(log), axis=0) for log in self.data])
-        return _summed(*_stretches(turns, [len(log) - 1 for log in self.data], self.rows)).reshape(-1, 2, 2)
+        turns = [np.diff(_axes(log), axis=0) for log in self.data]
+        return _summed(_stretches(turns, self.rows), [len(own) // self.rows for own in turns]).reshape(-1, 2, 2)
 
     @cached_property
     def losses(self) -> Array:
@@ -115,17 +115,15 @@ class Balances:
         known = with_filtered_commands(self.model, with_inputs(self.model.layouts.inputs, data))
         rows = max(FEWEST_ROWS, round(STRETCH / data.dt))
         steps = [(log.state[:-1], log.state[1:], log.action[:-1], log.step_inputs[:-1]) for log in known]
-        lengths, layout = [len(log) - 1 for log in known], known.layouts.state
-        cut = [_stretches(np.concatenate(parts), lengths, rows) for parts in zip(*steps, strict=True)]
-        now, then, sent, inputs = (torch.as_tensor(stretches) for stretches, _ in cut)
+        counts, layout = [(len(log) - 1) // rows for log in known], known.layouts.state
+        now, then, sent, inputs = (torch.as_tensor(_stretches(own, rows)) for own in zip(*steps, strict=True))
         later = self._predict.after_each(now, sent, inputs)
-        counts = cut[0][1]
         measured, predicted = (_summed(layout.difference(end, now).numpy(), counts) for end in (then, later))
         quantities = _quantities(data.layouts.state)
-        rates = _stretches(np.concatenate([_rates(log)[:-1] for log in known]), lengths, rows)[0]
+        rates = _stretches([_rates(log)[:-1] for log in known], rows)
         turns = _turned(measured, layout, dict(zip(_rated(known[0]), _summed(rates * data.dt, counts).T, strict=True)))
         if layout.has_field(POSITION.name) and layout.has_field(VELOCITY.name):
-            way = _summed(cut[0][0][..., layout.slice(VELOCITY.name)] * data.dt, counts)
+            way = _summed(now[..., layout.slice(VELOCITY.name)].numpy() * data.dt, counts)
             ways = {"level position": way[:, :LEVEL], "upright position": way[:, LEVEL:]}
             turns |= {f"{of} by velocity": (measured[:, quantities[of][1]], ways[of]) for of in ways if ways[of].size}
         entries = [(name, field, measured[:, at], predicted[:, at]) for name, (field, at) in quantities.items()]
@@ -154,11 +152,10 @@ def _turned(changes: Array, layout: Layout, sums: Mapping[str, Array]) -> dict[s
     }
 
 
-def _stretches(values: Array, lengths: Sequence[int], rows: int) -> tuple[Array, list[int]]:
-    """Logs one behind the other in whole stretches of so many rows ``# (stretches, rows, k)``; how many of each."""
-    parts = np.split(values, np.cumsum(lengths)[:-1])
-    whole = [own[: len(own) // rows * rows].reshape(len(own) // rows, rows, own.shape[1]) for own in parts]
-    return np.concatenate(whole), [len(own) for own in whole]
+def _stretches(logs: Sequence[Array], rows: int) -> Array:
+    """Logs one behind the other in whole stretches of so many rows ``# (stretches, rows, k)``."""
+    whole = (own[: len(own) // rows * rows] for own in logs)
+    return np.concatenate([own.reshape(len(own) // rows, rows, own.shape[1]) for own in whole])
 
 
 def _summed(changes: Array, counts: Sequence[int]) -> Array:

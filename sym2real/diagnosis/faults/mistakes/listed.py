@@ -105,8 +105,7 @@ def _single_columns(layout: Layout) -> tuple[str, ...]:
 def _of_attitudes(data: Dataset, balance: Balance) -> Iterator[OfAttitude]:
     """Roll and pitch in every order and sign, of what was measured or commanded, where that is badly predicted."""
     losses = dict(zip(balance.names, balance.losses.mean(0), strict=True))
-    missed = max(losses.get(name, 0.0) for name in TILTED)
-    if missed <= SETTINGS.mostly:
+    if max(losses.get(name, 0.0) for name in TILTED) <= SETTINGS.mostly:
         return
     for ending in ("", COMMANDED):
         quaternion = tuple(f"{name}{ending}" for name in ATTITUDE.columns)

@@ -9,9 +9,8 @@ moves so from the row before, as a torque that steps moves a light arm. Of up to
 interpolated; longer runs cut the log, and nothing is made up inside.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import chain
 
 import numpy as np
 import torch
@@ -84,30 +83,29 @@ def bad_rows(data: Dataset, model: Equations | None = None) -> list[BadRows]:
         data: logs.
         model: tells a jump from motion, if it has the columns of the logs.
     """
-    damages, fields = list[BadRows](), data.layouts.state.fields
+    damages = list[BadRows]()
     while bad := _all_that_repeats(data) or _standing(data):
         if not len(whole := bad.undone(data)):  # nothing else is left to judge
             break
         damages.append(bad)
         data = whole
-    of_the_body = (field.columns for field in fields if field.frame and field.kind == "vector")
-    return [*damages, *_jumps(data, of_the_body, model)]
+    return [*damages, *_jumps(data, model, of_body=True)]
 
 
 def joints_that_jump(data: Dataset, model: Equations | None = None) -> list[BadRows]:
     """Each joint's own sensor. A torque that steps moves a light joint so, if it is the right one in the right unit."""
-    fields = (field for field in data.layouts.state.fields if not field.frame and field.kind == "vector")
-    return _jumps(data, chain.from_iterable(map(_sensors, fields)), model)
+    return _jumps(data, model, of_body=False)
 
 
-def _sensors(field: Field) -> list[tuple[str, ...]]:
-    """Columns of a field that one sensor measures: a vector's all, of joints each its own."""
-    return [field.columns] if field.frame else [(column,) for column in field.columns]
+def _sensors(fields: Iterable[Field]) -> Iterator[tuple[str, ...]]:
+    """Columns that one sensor measures: a vector's all, of joints each its own."""
+    for field in fields:
+        yield from [field.columns] if field.frame else [(column,) for column in field.columns]
 
 
-def _jumps(data: Dataset, sensors: Iterable[tuple[str, ...]], model: Equations | None) -> list[BadRows]:
-    damages = list[BadRows]()
-    for columns in sensors:
+def _jumps(data: Dataset, model: Equations | None, *, of_body: bool) -> list[BadRows]:
+    damages, vectors = list[BadRows](), (field for field in data.layouts.state.fields if field.kind == "vector")
+    for columns in _sensors(field for field in vectors if bool(field.frame) == of_body):
         if (jumping := _jumping(data, columns, model)) is not None:
             damages.append(jumping)
             data = jumping.undone(data)
@@ -116,7 +114,7 @@ def _jumps(data: Dataset, sensors: Iterable[tuple[str, ...]], model: Equations |
 
 def _all_that_repeats(data: Dataset) -> BadRows | None:
     """The sensors that repeat in the same rows as the first that does: one link holds several."""
-    sensors = chain.from_iterable(map(_sensors, data.layouts.state.fields))
+    sensors = _sensors(data.layouts.state.fields)
     repeats = [bad for columns in sensors if (bad := _repeated(data, columns)) is not None]
     if not repeats:
         return None

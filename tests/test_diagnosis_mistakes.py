@@ -458,6 +458,20 @@ def test_a_mistake_in_one_log_alone_is_named_there_and_undone(robot: str) -> Non
     assert not check(model, data).faults
 
 
+def test_what_most_logs_have_is_undone_once_in_one_that_is_unlike_them_too() -> None:
+    """Commands a row late in all logs, and mirrored in one: that was moved by a row twice."""
+    data, model = simulate_case(Case("mushr", seed=72), trajectories=6, rows=520), ROBOTS["mushr"].nominal()
+    written = Dataset(Late("commands", data.layouts.action.columns, -2, data.dt).undone(log) for log in data)
+    odd = Exchanged(("steer",), ("steer",), (-1,)).undone(written[3])
+    checked = check(model, Dataset([*written[:3], odd, *written[4:]]))
+    assert [fault.name for fault in checked.faults] == [
+        f"commands 2 rows late (steer speed by {2000 * data.dt:.0f} ms)",
+        f"steer with the wrong sign in {odd.name}, other than in other logs",
+    ]
+    sent = checked.data[3].action
+    np.testing.assert_array_equal(sent[:-4], data[3].action[: len(sent) - 4])
+
+
 def test_a_heading_in_degrees_in_one_log_is_named_there() -> None:
     data = simulate_case(Case("mushr", seed=72), trajectories=6, rows=260)
     yaw = np.degrees(np.unwrap(np.arctan2(data[2].column("sin_yaw"), data[2].column("cos_yaw"))))

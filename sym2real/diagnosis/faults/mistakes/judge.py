@@ -27,16 +27,18 @@ Gain = tuple[float, Breach]  # by how much the squares missed fall over all quan
 def mistakes(model: Equations, data: Dataset) -> list[Breach]:
     """The transformations that the logs ask for, one after the other; on a line nothing can be turned or exchanged.
 
-    First those of logs that are unlike most.
+    What most logs ask for is in all of them; then each that is still unlike most is asked by itself.
     """
     balances = Balances.of(model, data) if len(present(data, POSITION.columns)) != 1 else None
     if balances is None:
         return []
-    unlike = {place: _one_by_one(balances, Dataset([data[place]])) for place in _unlike_most(balances, data)}
-    breaches = [breach.in_log(data, place) for place, own in unlike.items() for breach in own]
-    for breach in breaches:
+    odd = _unlike_most(balances, data)
+    breaches = _one_by_one(balances, Dataset(log for place, log in enumerate(data) if place not in odd))
+    for breach in breaches if odd else ():
         data = breach.undone(data)
-    return [*breaches, *_one_by_one(balances, data)]
+    for place in _unlike_most(balances, data) if odd else ():
+        breaches += [breach.in_log(data, place) for breach in _one_by_one(balances, Dataset([data[place]]))]
+    return breaches
 
 
 def _unlike_most(balances: Balances, data: Dataset) -> list[int]:

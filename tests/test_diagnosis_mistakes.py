@@ -472,6 +472,12 @@ def test_what_most_logs_have_is_undone_once_in_one_that_is_unlike_them_too() -> 
     np.testing.assert_array_equal(sent[:-4], data[3].action[: len(sent) - 4])
 
 
+def test_pieces_of_a_few_rows_are_unlike_nothing() -> None:
+    """Lost rows cut a log into pieces, of which some are shorter than what is judged by."""
+    data = simulate_case(Case("crazyflie", seed=72), trajectories=6, rows=260)
+    assert not check(CRAZYFLIE.nominal(), Dataset([*data, data[0].rows(0, 12)])).faults
+
+
 def test_a_heading_in_degrees_in_one_log_is_named_there() -> None:
     data = simulate_case(Case("mushr", seed=72), trajectories=6, rows=260)
     yaw = np.degrees(np.unwrap(np.arctan2(data[2].column("sin_yaw"), data[2].column("cos_yaw"))))

@@ -7,7 +7,15 @@ import numpy as np
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.preparation import present
 from sym2real.diagnosis.faults.fault import Breach
-from sym2real.diagnosis.faults.mistakes.balance import SHIFTED, Balance, Balances, chance, without_arm, without_drag
+from sym2real.diagnosis.faults.mistakes.balance import (
+    SHIFTED,
+    Balance,
+    Balances,
+    chance,
+    stretch_of,
+    without_arm,
+    without_drag,
+)
 from sym2real.diagnosis.faults.mistakes.late_pose import with_its_place
 from sym2real.diagnosis.faults.mistakes.listed import mimics, transformations
 from sym2real.diagnosis.faults.mistakes.lost_commands import step_likelihood
@@ -43,9 +51,12 @@ def mistakes(model: Equations, data: Dataset) -> list[Breach]:
 
 def _unlike_most(balances: Balances, data: Dataset) -> list[int]:
     """Places of the logs that a model predicts far worse than most of them, and badly."""
-    losses = np.stack([balances(Dataset([log])).losses.mean(0) for log in data])
+    places = [place for place, log in enumerate(data) if len(log) > stretch_of(data.dt)]
+    if len(places) < SETTINGS.fewest_logs:
+        return []
+    losses = np.stack([balances(Dataset([data[place]])).losses.mean(0) for place in places])
     odd = ((losses > SETTINGS.mostly) & (losses > SETTINGS.far * np.median(losses, axis=0))).any(axis=1)
-    return np.flatnonzero(odd).tolist() if len(data) >= SETTINGS.fewest_logs and odd.mean() < SETTINGS.mostly else []
+    return [place for place, alone in zip(places, odd, strict=True) if alone] if odd.mean() < SETTINGS.mostly else []
 
 
 def _one_by_one(balances: Balances, data: Dataset) -> list[Breach]:

@@ -105,15 +105,20 @@ class Balances:
         per_row = from_row_to_row(model, data)
         return None if per_row is None else cls(model, per_row[0])
 
+    @staticmethod
+    def stretch(dt: float) -> int:
+        """Rows of a stretch."""
+        return max(FEWEST_ROWS, round(STRETCH / dt))
+
     def inside(self, data: Dataset) -> Balance:
         """The balance without the ends of logs that are long enough, which shifts of columns make up."""
-        least = 2 * SHIFTED + stretch_of(data.dt)
+        least = 2 * SHIFTED + self.stretch(data.dt)
         return self(Dataset(log.rows(SHIFTED, len(log) - SHIFTED) if len(log) > least else log for log in data))
 
     def __call__(self, data: Dataset) -> Balance:
         """The balance of the logs as they stand."""
         known = with_filtered_commands(self.model, with_inputs(self.model.layouts.inputs, data))
-        rows = stretch_of(data.dt)
+        rows = self.stretch(data.dt)
         steps = [(log.state[:-1], log.state[1:], log.action[:-1], log.step_inputs[:-1]) for log in known]
         counts, layout = [(len(log) - 1) // rows for log in known], known.layouts.state
         now, then, sent, inputs = (torch.as_tensor(_stretches(own, rows)) for own in zip(*steps, strict=True))
@@ -130,11 +135,6 @@ class Balances:
         entries += [(name, "", angle, rate) for name, (angle, rate) in turns.items()]
         names, fields, changes, others = zip(*entries, strict=True)
         return Balance(names, fields, changes, others, known, rows)
-
-
-def stretch_of(dt: float) -> int:
-    """Rows of a stretch."""
-    return max(FEWEST_ROWS, round(STRETCH / dt))
 
 
 def _rated(log: Trajectory) -> list[str]:

@@ -7,15 +7,7 @@ import numpy as np
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.preparation import present
 from sym2real.diagnosis.faults.fault import Breach
-from sym2real.diagnosis.faults.mistakes.balance import (
-    SHIFTED,
-    Balance,
-    Balances,
-    chance,
-    stretch_of,
-    without_arm,
-    without_drag,
-)
+from sym2real.diagnosis.faults.mistakes.balance import SHIFTED, Balance, Balances, chance, without_arm, without_drag
 from sym2real.diagnosis.faults.mistakes.late_pose import with_its_place
 from sym2real.diagnosis.faults.mistakes.listed import mimics, transformations
 from sym2real.diagnosis.faults.mistakes.lost_commands import step_likelihood
@@ -35,23 +27,30 @@ Gain = tuple[float, Breach]  # by how much the squares missed fall over all quan
 def mistakes(model: Equations, data: Dataset) -> list[Breach]:
     """The transformations that the logs ask for, one after the other; on a line nothing can be turned or exchanged.
 
-    What most logs ask for is in all of them; then each that is still unlike most is asked by itself.
+    What all logs ask for comes first; then each that is still unlike most is asked by itself.
     """
     balances = Balances.of(model, data) if len(present(data, POSITION.columns)) != 1 else None
     if balances is None:
         return []
-    odd = _unlike_most(balances, data)
-    breaches = _one_by_one(balances, Dataset(log for place, log in enumerate(data) if place not in odd))
-    for breach in breaches if odd else ():
-        data = breach.undone(data)
-    for place in _unlike_most(balances, data) if odd else ():
-        breaches += [breach.in_log(data, place) for breach in _one_by_one(balances, Dataset([data[place]]))]
+    breaches = list[Breach]()
+    for _ in range(MOST):
+        shared = _one_by_one(balances, data, MOST)
+        for breach in shared:
+            data = breach.undone(data)
+        # Of one at a time: what it shares with all others may show in all of them then.
+        alone = {place: _one_by_one(balances, Dataset([data[place]]), 1) for place in _unlike_most(balances, data)}
+        odd = [breach.in_log(data, place) for place, own in alone.items() for breach in own]
+        for breach in odd:
+            data = breach.undone(data)
+        breaches += [*shared, *odd]
+        if not odd:
+            break
     return breaches
 
 
 def _unlike_most(balances: Balances, data: Dataset) -> list[int]:
     """Places of the logs that a model predicts far worse than most of them, and badly."""
-    places = [place for place, log in enumerate(data) if len(log) > stretch_of(data.dt)]
+    places = [place for place, log in enumerate(data) if len(log) > balances.stretch(data.dt)]
     if len(places) < SETTINGS.fewest_logs:
         return []
     losses = np.stack([balances(Dataset([data[place]])).losses.mean(0) for place in places])
@@ -59,9 +58,9 @@ def _unlike_most(balances: Balances, data: Dataset) -> list[int]:
     return [place for place, alone in zip(places, odd, strict=True) if alone] if odd.mean() < SETTINGS.mostly else []
 
 
-def _one_by_one(balances: Balances, data: Dataset) -> list[Breach]:
+def _one_by_one(balances: Balances, data: Dataset, most: int) -> list[Breach]:
     breaches = list[Breach]()
-    for _ in range(MOST):
+    for _ in range(most):
         breach = _best(balances, data) or _late_commands(balances, data)
         wrong = breach.transformation.wrong if breach and isinstance(breach.transformation, Exchanged) else []
         # One sensor of the other sign is named as such, by an effect of its own.

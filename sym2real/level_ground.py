@@ -44,17 +44,16 @@ class Turn:
 
     def of_log(self, log: Trajectory) -> Trajectory:
         """The log as somebody with another world frame would have written it; references ``ref_…`` too."""
+        return log.changed(self._turned)
+
+    def _turned(self, log: Trajectory) -> Trajectory:
         layouts, extra = log.layouts, dict(log.extra)
         wanted = [f"ref_{name}" for name in layouts.state]
         if all(name in extra for name in wanted):
             turned = self.of_rows(np.stack([extra[name] for name in wanted], axis=1), layouts.state)
             extra |= dict(zip(wanted, turned.T, strict=True))
         state, action, inputs = (self.of_rows(getattr(log, group), layout) for group, layout in layouts.groups.items())
-        between = log.between
-        if between is not None:
-            parts = [self.of_rows(part, layouts.action) for part in between.swapaxes(0, 1)]
-            between = np.stack(parts, axis=1)
-        return replace(log, state=state, action=action, inputs=inputs, between=between, extra=extra)
+        return replace(log, state=state, action=action, inputs=inputs, extra=extra)
 
     def of_rows(self, rows: Array, layout: Layout) -> Array:
         """Rows ``# (rows, columns)`` seen from the new world; what stands along body axes stays."""

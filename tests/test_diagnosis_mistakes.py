@@ -459,7 +459,7 @@ def test_a_mistake_in_one_log_alone_is_named_there_and_undone(robot: str) -> Non
 
 
 def test_what_most_logs_have_is_undone_once_in_one_that_is_unlike_them_too() -> None:
-    """Commands a row late in all logs, and mirrored in one: that was moved by a row twice."""
+    """Commands two rows late in all logs, and mirrored in one: that was moved by two rows twice."""
     data, model = simulate_case(Case("mushr", seed=72), trajectories=6, rows=520), ROBOTS["mushr"].nominal()
     written = Dataset(Late("commands", data.layouts.action.columns, -2, data.dt).undone(log) for log in data)
     odd = Exchanged(("steer",), ("steer",), (-1,)).undone(written[3])

@@ -11,6 +11,7 @@ import torch
 from sym2real.cli import main
 from sym2real.diagnosis import diagnose
 from sym2real.errors import ModelError
+from sym2real.experiments.models import open_model
 from sym2real.logs import read_logs, write_log
 from sym2real.neural.model_folder import below
 from sym2real.plants import MujocoPlant
@@ -77,9 +78,8 @@ def test_torques_that_motors_would_give_turn_it_as_the_motors_do() -> None:
 
 def flown(robot: Robot, rows: int, seed: int) -> Trajectory:
     """Held up by a loop of its attitude in MuJoCo, thrown about by steps of thrust and moments, and measured."""
-    plant, rng, state = MujocoPlant(robot), np.random.default_rng(seed), None
-    states, sent = list[Array](), list[Array]()
-    state = plant.reset()
+    plant, rng = MujocoPlant(robot), np.random.default_rng(seed)
+    states, sent, state = list[Array](), list[Array](), plant.reset()
     wanted = np.zeros(3)
     for row in range(rows):
         if row % 40 == 0:
@@ -101,8 +101,6 @@ def flown(robot: Robot, rows: int, seed: int) -> Trajectory:
 def test_a_heavier_drone_is_found_through_its_file_and_its_logs(tmp_path: Path) -> None:
     (tmp_path / "drone.xml").write_text(DRONE.format(mass=0.027, thrust="body_thrust"))
     main(["nominal", "mjcf", str(tmp_path / "drone.xml"), "--dt", "0.01", "--out", str(tmp_path / "model")])
-    from sym2real.experiments.models import open_model
-
     base = below(open_model(str(tmp_path / "model")))
     assert isinstance(base, Equations)
     heavier = drone(0.030)

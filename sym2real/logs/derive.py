@@ -40,20 +40,16 @@ def in_force(own: Array, stamps: Array) -> NDArray[np.int64]:
     return indices
 
 
-def mean_in_force(own: Array, values: Array, stamps: Array) -> Array:
-    """Mean of a command, which holds from each of its stamps ``own`` on, from every row to the next ``# (rows,)``.
+def mean_in_force(own: Array, values: Array, starts: Array, ends: Array) -> Array:
+    """Mean, over stretches of time ``# (rows,)``, of a command that holds from each of its stamps ``own`` on.
 
-    The first holds before it was sent, too.
+    Over a stretch that begins before the first stamp, of what it holds from there on.
     """
-    steps = np.diff(stamps)
-    ends = stamps + np.minimum(np.append(steps, np.inf), np.median(steps))  # not of a gap
-    summed = np.concatenate([[0.0], np.cumsum(values[:-1] * np.diff(own))])
-
-    def until(time: Array) -> Array:
-        last = np.maximum(np.searchsorted(own, time, side="right") - 1, 0)
-        return np.asarray(summed[last] + values[last] * (time - own[last]))
-
-    return np.asarray((until(ends) - until(stamps)) / (ends - stamps))
+    starts = np.maximum(starts, own[0])
+    stamps = np.append(own, max(own[-1], ends[-1]))
+    sums = np.concatenate([[0.0], np.cumsum(values * np.diff(stamps))])
+    whole = np.interp(ends, stamps, sums) - np.interp(starts, stamps, sums)
+    return np.asarray(whole / np.maximum(ends - starts, np.finfo(float).tiny))
 
 
 def _windows(rows: int, around: int) -> NDArray[np.int64]:

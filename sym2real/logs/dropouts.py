@@ -79,7 +79,6 @@ def without_dropouts(
     stamp: str = "",
     *,
     places: Collection[str] = (),
-    averaged: frozenset[str] = frozenset(),
 ) -> tuple[Table, tuple[str, ...]]:
     """The rows in which all of these columns hold a number, and a note on the others.
 
@@ -90,7 +89,6 @@ def without_dropouts(
         sent: those of commands; of rows of their own, what is in force halfway to the next row that is kept.
         stamp: of stamps, in order.
         places: those of positions: the rows are theirs, as a position that stands is none.
-        averaged: commands whose mean until the next row stands in a row of slower positions.
 
     Raises:
         DataError: for a column that is slower than the others, or when no row is left.
@@ -109,9 +107,6 @@ def without_dropouts(
     if not gone.any():
         return table, ()
     rows = table[~gone]
-    if any(name in table.columns and is_slow(table.columns[name]) for name in places):
-        whole = [name for name in there if name in averaged and not empty[name].any()]
-        rows = rows.with_columns({name: _mean_until_next(table.columns[name], ~gone) for name in whole})
     commands = {name: values for name, values in last.items() if name in sent}
     if commands and stamp in table.columns and (np.diff(table.columns[stamp]) >= 0.0).all():
         place = in_force(table.columns[stamp], rows.columns[stamp])
@@ -142,12 +137,6 @@ def without_repeats(table: Table, stamp: str) -> tuple[Table, tuple[str, ...]]:
     where = _stretches(table.lines[repeats])
     note = f"{repeats.sum()} of {len(table)} {LEFT_OUT}, which repeat the one before, stamp and all: rows {where}"
     return table[~repeats], (note,)
-
-
-def _mean_until_next(values: Array, kept: NDArray[np.bool_]) -> Array:
-    """Of values in every row ``# (rows,)`` their mean from each kept one to before the next ``# (kept,)``."""
-    first = np.flatnonzero(kept)
-    return np.asarray(np.add.reduceat(values, first) / np.diff(np.append(first, len(values))))
 
 
 def _require_pace(table: Table, name: str) -> None:

@@ -8,7 +8,7 @@ from typing import Literal
 
 from sym2real.layout import Layouts
 from sym2real.logs.name_words import TABLES, WORDS, words_and_unit
-from sym2real.logs.names import OF_ROLES, read_name
+from sym2real.logs.names import OF_ROLES, is_time
 from sym2real.logs.of_model import own_units
 from sym2real.logs.units import UNITS
 
@@ -155,7 +155,7 @@ def match_own(columns: Sequence[str], layouts: Layouts, moved: Mapping[str, str]
             result.open[action] = f"it may be {listed}, whose name does not say that it was sent"
     missing = [name for name in own if name not in result.pairs and name not in rates.values()]
     used = {match.source for match in result.pairs.values()}
-    spare = [name for name in log if name.text not in used and not _is_time(name.text)]
+    spare = [name for name in log if name.text not in used and not is_time(name.text)]
     if len(missing) == len(spare) == 1:
         sort = COMMANDED.get(units[missing[0]], "force") if missing[0] in actions else "place"
         if spare[0].quantity in {sort, ""}:
@@ -167,11 +167,6 @@ def match_own(columns: Sequence[str], layouts: Layouts, moved: Mapping[str, str]
         if column not in result.pairs:
             result.open[column] = result.open.pop(column, "no column is called like it")
     return result
-
-
-def _is_time(column: str) -> bool:
-    named = read_name(column)
-    return named is not None and named.quantity == "time"
 
 
 def _by_own_names(

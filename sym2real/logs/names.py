@@ -78,6 +78,12 @@ def read_name(name: str) -> Named | None:
     return Named(quantity, axis, role, MEANT.get(quantity, {}).get(unit, unit), counted)
 
 
+def is_time(name: str) -> bool:
+    """Whether a column's name says that it holds stamps."""
+    named = read_name(name)
+    return named is not None and named.quantity == "time"
+
+
 def _quantity(words: Sequence[str]) -> tuple[str, str, bool] | None:
     """Quantity, axis, and whether that is a number, by the words of a name without those of its role."""
 

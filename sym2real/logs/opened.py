@@ -19,7 +19,7 @@ from sym2real.logs.even_rows import with_even_stamps
 from sym2real.logs.grouping import trajectory, visible
 from sym2real.logs.missing import listed, specification
 from sym2real.logs.of_model import for_model
-from sym2real.logs.resample import REGULAR, TURNED, gaps, is_regular, resample
+from sym2real.logs.resample import REGULAR, gaps, is_regular, resample
 from sym2real.logs.sent_between import sent_in_all_rows, with_commands_between
 from sym2real.logs.sources import actions_of, along_body, commands_of, sources_of
 from sym2real.logs.specification import LogSpec
@@ -84,10 +84,7 @@ class Opened:
         places = tuple(used.columns[name].column for name in POSITION.columns if name in used.columns)
         measured = [name for name in used.sources if name not in {*places, *sent, used.time.column}]
         flown, held = without_held(flown, places, measured)
-        turned = {source.column for name, source in used.columns.items() if name in TURNED}
-        table, left_out = without_dropouts(
-            flown, used.sources, used.hold, sent, used.time.column, places=places, averaged=sent - turned
-        )
+        table, left_out = without_dropouts(flown, used.sources, used.hold, sent, used.time.column, places=places)
         standard = standardise(table, used)
         notes = [] if given is None else [*standard.notes]
         if dropped := len(whole) - rows:

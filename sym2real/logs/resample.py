@@ -85,7 +85,7 @@ def resample(log: Standard, dt: float, layouts: Layouts, *, polled: bool = True)
     columns: Columns = {}
     for name, values in log.columns.items():
         if name in averaged:
-            columns[name] = _mean(_since(time, values) if polled else time, values, grid, dt)
+            columns[name] = derive.mean_in_force(_since(time, values) if polled else time, values, grid, grid + dt)
         elif name in commands:
             columns[name] = values[in_force]
         else:
@@ -138,14 +138,6 @@ def _since(time: Array, values: Array) -> Array:
     since = time.copy()
     since[changes] -= 0.5 * (time[changes] - time[changes - 1])
     return since
-
-
-def _mean(time: Array, values: Array, grid: Array, dt: float) -> Array:
-    """Mean over each step of what holds its value until the next stamp, the last one for ever ``# (rows,)``."""
-    stamps = np.append(time, max(time[-1], grid[-1]) + dt)
-    sums = np.concatenate([[0.0], np.cumsum(values * np.diff(stamps))])
-    mean: Array = (np.interp(grid + dt, stamps, sums) - np.interp(grid, stamps, sums)) / dt
-    return mean
 
 
 def _note(time: Array, dt: float, rows: int) -> str:

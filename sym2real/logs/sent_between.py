@@ -5,8 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from sym2real.logs.derive import mean_in_force
 from sym2real.logs.dropouts import is_slow, last_number
 from sym2real.logs.parts import Attitude
+from sym2real.logs.resample import TURNED
 from sym2real.logs.specification import LogSpec
 from sym2real.logs.standard import Standard, standardise, tidy
 from sym2real.logs.table import Table
@@ -45,8 +47,15 @@ def sent_in_all_rows(
 
 
 def with_commands_between(log: Trajectory, sent: Standard, parts: int) -> Trajectory:
-    """A log with what was in force in the middle of each of so many parts of every row; itself without its commands."""
-    if parts < 2 or not {*log.layouts.action} <= sent.columns.keys():
+    """A log with the mean of what was sent from every row to the next, but of angles, and with what was in force in the
+    middle of each of so many parts of it, where all of its commands are there.
+    """
+    if len(log) < 2:
+        return log
+    ends, there = np.append(log.time[1:], log.time[-1] + log.dt), sent.columns.keys() & {*log.layouts.action}
+    means = {name: mean_in_force(sent.time, sent.columns[name], log.time, ends) for name in there if name not in TURNED}
+    log = log.with_columns(means)
+    if parts < 2 or len(there) < len(log.layouts.action):
         return log
     middles = log.time[:, None] + log.dt * (np.arange(parts) + 0.5) / parts
     in_force = np.maximum(np.searchsorted(sent.time, middles, side="right") - 1, 0)

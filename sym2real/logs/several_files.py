@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from sym2real.errors import DataError
 from sym2real.logs import csv_file, parquet_file
-from sym2real.logs.names import read_name
+from sym2real.logs.names import is_time
 from sym2real.logs.recordings.recording import BY_NAMES, TIME, ColumnKinds, Recording, Topic
 from sym2real.logs.table import TABLES, TEXTS, Table, file_type, read_table
 from sym2real.trajectory import Array
@@ -40,7 +40,7 @@ def files_by_log(files: Sequence[Path], header: Sequence[str] = ()) -> list[LogF
         return _by_number(files, len(header))
     kinds: dict[frozenset[str], list[Path]] = {}
     for file in files:
-        kinds.setdefault(frozenset(name for name in _names(file) if not _is_time(name)), []).append(file)
+        kinds.setdefault(frozenset(name for name in _names(file) if not is_time(name)), []).append(file)
     if len(kinds) == 1 or len(frozenset.union(*kinds)) < sum(map(len, kinds)):
         return [(file,) for file in files]
     parts, counts = [*kinds.values()], {len(part) for part in kinds.values()}
@@ -66,7 +66,7 @@ def read_parts(
     if len(tables) == 1:
         return tables[0]
     shared = set.intersection(*({*table.columns} for table in tables))
-    clock = next((name for name in tables[0].columns if name in shared and _is_time(name)), "")
+    clock = next((name for name in tables[0].columns if name in shared and is_time(name)), "")
     if clock and not _same_stamps(tables, clock):
         return _by_stamps(tables, clock, kinds)
     return _row_by_row(tables)
@@ -92,11 +92,6 @@ def _by_number(files: Sequence[Path], wanted: int) -> list[LogFiles]:
 def _names(file: Path) -> list[str]:
     """Names of a file's columns; of one without a header the numbers of its first row."""
     return csv_file.first_cells(file) if file_type(file) in TEXTS else parquet_file.names(file)
-
-
-def _is_time(name: str) -> bool:
-    named = read_name(name)
-    return named is not None and named.quantity == "time"
 
 
 def _same_stamps(tables: Sequence[Table], clock: str) -> bool:

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from sympy import Expr, Float
+from sympy import Add, Expr, Float
 
 from sym2real.errors import ModelError
 from sym2real.vocabulary import MOTOR_COLUMNS, THRUST_COLUMN, TORQUE_COMMAND
@@ -136,10 +136,9 @@ class Wrenches:
 
     def wrench(self, commands: Sequence[Expr]) -> tuple[Expr, tuple[Expr, ...]]:
         """Thrust in N along body z, and torque about the body axes in N m."""
-        thrust, *torque = (
-            sum(Float(factor) * own if factor != 1.0 else own for factor, own in pairs if factor)
-            for pairs in (
-                [*zip(factors, commands, strict=True)] for factors in (self.thrusts, *zip(*self.moments, strict=True))
-            )
-        )
-        return thrust, tuple(torque)
+
+        def along(factors: Sequence[float]) -> Expr:
+            pairs = zip(factors, commands, strict=True)
+            return Add(*(own if factor == 1.0 else Float(factor) * own for factor, own in pairs if factor))
+
+        return along(self.thrusts), tuple(map(along, zip(*self.moments, strict=True)))

@@ -169,6 +169,7 @@ def _signs(data: Dataset) -> Settled:
 
 
 def slow_notes(model: Equations | None, data: Dataset, commands_lost: bool) -> list[str]:
+    """What is known of commands between the rows of logs that are slower than the model; nothing of others."""
     if model is None or data.dt <= (1.0 + SETTINGS.same) * model.dt:
         return []
     lost = "commands between rows are not in the logs, and what they did is not judged"

@@ -133,7 +133,9 @@ def _at(topic: Topic, stamps: Array, kinds: ColumnKinds) -> dict[str, Array]:
     if len(stamps) > 1 and topic.rate * float(np.median(np.diff(stamps))) >= FASTER:
         known = {name: topic.columns[name] for name in held if not _turns(name, kinds)}
         whole = {name: values for name, values in known.items() if not np.isnan(values).any()}
-        means = {name: mean_in_force(topic.stamps, values, stamps) for name, values in whole.items()}
+        steps = np.diff(stamps)
+        ends = stamps + np.minimum(np.append(steps, np.inf), np.median(steps))  # not of a gap
+        means = {name: mean_in_force(topic.stamps, values, stamps, ends) for name, values in whole.items()}
         held |= {name: np.where(begun, mean, np.nan) for name, mean in means.items()}
     heard = _heard(topic.stamps, stamps)
     measured = _without_jumps({name: values for name, values in topic.columns.items() if name not in held}, kinds)

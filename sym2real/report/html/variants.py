@@ -78,8 +78,8 @@ class WithFindings:
     ) -> tuple[DynamicsModel, Dataset]:
         """The model with these switches on, and the logs as it takes them; compiled as that with others is."""
         off = [finding for group, is_on in zip(self._groups, on, strict=True) if not is_on for finding in group]
-        none = {name: value for finding in off for name, value in self._whole[1][finding.effect].items()}
-        whole = self._whole[0]
+        whole, at_none = self._whole
+        none = {name: value for finding in off for name, value in at_none[finding.effect].items()}
         return prepared(replace(whole, parameters={**whole.parameters, **none}), data, like)
 
     @cached_property
@@ -94,12 +94,12 @@ class WithFindings:
             base = finding.bound(base)
         for finding in self.findings:
             own = effect(finding.effect, base)
-            settled = own.searching.choices(own.body)[0] if own.searching.choices else ""
-            free = {p.name: p.null for p in own.parameters if p.name in finding.values and p.name != settled}
-            names = {name: own.symbols()[name].name for name in free}
-            none[finding.effect] = {names[name]: null for name, null in free.items()}
-            values |= {names[name]: finding.values[name] for name in free}
-            chosen.append((own, {**finding.values, **{name: own.symbols()[name] for name in free}}))
+            symbols, choices = own.symbols(), own.searching.choices
+            settled = choices(own.body)[0] if choices else ""
+            free = [p for p in own.parameters if p.name in finding.values and p.name != settled]
+            none[finding.effect] = {symbols[p.name].name: p.null for p in free}
+            values |= {symbols[p.name].name: finding.values[p.name] for p in free}
+            chosen.append((own, {**finding.values, **{p.name: symbols[p.name] for p in free}}))
         whole = compose(base, chosen)
         return replace(whole, parameters={**whole.parameters, **values}), none
 

@@ -95,7 +95,8 @@ class Change:
         name: what to call it.
         edit: alters the ``mujoco.MjSpec`` before compilation.
         force: called with ``(MjModel, MjData)`` before every physics step; adds to ``data.xfrc_applied``,
-            which the plant has set to zero, or sets what only the present state decides (a control, a wheel's angle).
+            which the plant has set to zero, to ``data.qfrc_applied``, or sets what only the present state decides (a
+            control, a wheel's angle).
         command: makes, at every reset, a filter of the actions (called once a control period with the action
             ``# (action,)`` that was sent; returns what reaches the actuators).
         measure: makes, at every reset, a filter of the measured states ``# (state,)``.

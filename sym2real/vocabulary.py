@@ -61,6 +61,7 @@ CAR_COMMANDS: tuple[CarCommand, ...] = get_args(CarCommand)
 MechanicalQuantity = Literal[
     "armature",
     "damping",
+    "drag",
     "friction",
     "stiffness",
     "link_mass",
@@ -115,10 +116,10 @@ def quantity_of(kind: MechanicalQuantity, place: str) -> str:
 
     Args:
         kind: of a joint the inertia that turns or slides with its motor ("armature", kg m² or kg), "damping" (N m s or
-            N s/m), dry "friction" (N m or N), "stiffness" (N m/rad or N/m), how many times its mass in the description
-            the link behind it weighs ("link_mass"), as far as which from its hinge its centre lies ("link_centre") and
-            the next joints do ("link_length"), how hard it is to turn about its centre ("link_inertia"), or its servo's
-            gain ("servo_gain"); of a site the mass that hangs there ("load", kg).
+            N s/m), "drag" (N m s² or N s²/m²), dry "friction" (N m or N), "stiffness" (N m/rad or N/m), how many times
+            its mass in the description the link behind it weighs ("link_mass"), as far as which from its hinge its
+            centre lies ("link_centre") and the next joints do ("link_length"), how hard it is to turn about its centre
+            ("link_inertia"), or its servo's gain ("servo_gain"); of a site the mass that hangs there ("load", kg).
         place: name of the joint or site.
     """
     return f"{kind}_{place}"

@@ -35,12 +35,27 @@ WHEELS_ONLY = {"turning_friction", "wheel_radius", "track_width", "carried_mass"
 JOINTS = {
     *("joint_damping", "joint_friction", "joint_stiffness", "armature", "link_mass"),
     *("servo_gain", "gravity_tilt", "load", "link_centre", "link_inertia", "link_length"),
+    *("joint_drag", "joint_bias", "torque_ripple"),
 }
 OWN = {"parameter"}  # of equations with named parameters, which the package's robots do not have
 SENSOR = {"sensor_sign", "sensor_bias", "sensor_scale", "sensor_lag", "time_shift"}
 UNITS = {
     *("1", "N", "rad", "rad/s", "rad/s²", "m/s", "m/s²", "m", "s", "kg", "kg m²", "N m", "N m s", "N s", "N/s"),
-    *("N m/rad", "N/m", "s/m", "N s/m", "N s²/m²", "1/s", "1/V", "1/rad²", "s²/m²", "s²/m", "rad s²/m"),
+    *(
+        "N m/rad",
+        "N/m",
+        "s/m",
+        "N s/m",
+        "N s²/m²",
+        "1/s",
+        "1/V",
+        "1/rad²",
+        "s²/m²",
+        "s²/m",
+        "rad s²/m",
+        "N m s²",
+        "rad/m",
+    ),
 }
 
 

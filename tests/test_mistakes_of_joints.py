@@ -115,6 +115,13 @@ def test_a_mistake_is_named_and_undone(spoil: Spoil, said: Sequence[str]) -> Non
         assert any(line.startswith(said[0]) for line in data_report(data, BASE).lines())
 
 
+def test_a_joint_that_counts_the_other_way_with_its_motor_is_named() -> None:
+    """Of two links that swing in one plane nothing tells which of both: mirrored in the plane, they are the same."""
+    (fault,) = check(BASE, read(times(-1.0, "q2", "q2_rate", "tau2"))).faults
+    for joint in ("1", "2"):
+        assert f"q{joint} q{joint}_rate tau{joint} mirrored" in fault.name
+
+
 CRANE = """
 <mujoco model="crane">
   <compiler angle="radian"/>

@@ -302,7 +302,7 @@ def test_what_a_file_says_of_zeros_ends_and_what_is_off_is_in_its_equations(part
         ('integrator="RK4"/>', 'integrator="RK4"><flag actuation="disable"/></option>', "switched off"),
         (SERVO, SERVO.replace("/>", ' delay="0.02" nsample="30"/>'), "an actuator with a delay"),
         (SERVO, '<damper name="to_waist" joint="waist" kv="3" ctrlrange="0 1"/>', "gain depends on where it is"),
-        ('damping="0.02"', 'damping="0.02 0.1"', "dampers that are not linear"),
+        ('damping="0.02"', 'damping="0.02 0.1 0.1"', "dampers that are not linear"),
     ],
 )
 def test_what_pushes_and_is_in_no_equations_is_refused_by_its_name(part: str, instead: str, match: str) -> None:
@@ -333,6 +333,9 @@ def test_a_servo_with_a_gear_reaches_the_ends_of_its_joint() -> None:
         ("arm", "joint_damping:waist", {"value": -0.5}),  # less than its servo's own
         ("arm", "joint_stiffness:shoulder", {"value": 5.0}),
         ("arm", "joint_stiffness:shoulder", {"value": -0.4}),
+        ("arm", "joint_drag:shoulder", {"value": 0.2}),
+        ("arm", "joint_bias:shoulder", {"value": 1.0}),
+        ("arm", "torque_ripple:shoulder", {"count": 7.0, "sine": 0.5, "cosine": -0.3}),
         ("arm", "armature:shoulder", {"value": 0.1}),
         ("arm", "link_mass:reach", {"value": 1.5}),
         ("arm", "link_mass:shoulder", {"value": 0.7}),
@@ -349,7 +352,7 @@ def test_a_servo_with_a_gear_reaches_the_ends_of_its_joint() -> None:
 def test_an_effect_in_the_equations_is_the_effect_in_the_simulator(
     name: str, key: str, values: dict[str, float], arm: Robot, equations: dict[str, Equations]
 ) -> None:
-    """Joint damping, friction loss, stiffness, armature, gravity and bodies are MuJoCo's own, and none of the formulas.
+    """Joint damping, drag, friction loss, stiffness, armature, gravity and bodies are MuJoCo's own, not the formulas'.
 
     MuJoCo's dry friction is soft: where a joint decelerates much faster than in proportion to its rate, it pushes on.
     So it is told little.
@@ -401,6 +404,7 @@ HIDDEN = [
     ("gravity_tilt", {"pitch": 0.03}, set()),
     ("lag:drive", {"value": 0.06}, {"lag"}),
     ("delay:drive", {"value": 0.04}, {"delay"}),
+    ("joint_bias:pole", {"value": 0.02}, {"gravity_tilt"}),
 ]
 
 

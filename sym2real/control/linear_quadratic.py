@@ -5,7 +5,7 @@ equation, and u = u_rest - K (x ⊖ x_ref). It holds a pole upright, an arm at i
 """
 
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 import torch
@@ -43,16 +43,7 @@ class LinearQuadratic(Memoryless):
     gain: Array = field(init=False)
 
     def __post_init__(self) -> None:
-        slope, effect = linearised(self.robot.nominal(), self.robot)
-        layout, span = self.robot.layouts.state, self.robot.high - self.robot.low
-        units = [field.unit for field in layout.fields for _ in range(field.tangent_size)]
-        weight = np.diag([SPEED if unit.endswith("/s") else PLACE for unit in units])
-        try:
-            cost = solve_discrete_are(slope, effect, weight, np.diag(EFFORT / span**2))
-        except (np.linalg.LinAlgError, ValueError) as error:
-            raise ModelError(f"{self.robot.name}: expected a robot that can be held at its start: {error}") from None
-        inner = np.diag(EFFORT / span**2) + effect.T @ cost @ effect
-        self.gain = np.asarray(np.linalg.solve(inner, effect.T @ cost @ slope), dtype=np.float64)
+        self.gain = _gain(self.robot)
 
     def act(self, state: ArrayLike, step: int, inputs: ArrayLike | None = None) -> Array:
         """Action ``# (action,)`` for a measured state ``# (state,)``, within the limits."""
@@ -64,6 +55,21 @@ class LinearQuadratic(Memoryless):
     @cached_property
     def _wanted(self) -> AtSteps[Tensor]:
         return AtSteps(lambda times: self.reference(times).unbind(), self.robot.dt)
+
+
+@lru_cache(maxsize=8)
+def _gain(robot: Robot) -> Array:
+    """K ``# (action, tangent)``; kept, because the equations of an arm take seconds, and every log is flown."""
+    slope, effect = linearised(robot.nominal(), robot)
+    layout, span = robot.layouts.state, robot.high - robot.low
+    units = [field.unit for field in layout.fields for _ in range(field.tangent_size)]
+    weight = np.diag([SPEED if unit.endswith("/s") else PLACE for unit in units])
+    try:
+        cost = solve_discrete_are(slope, effect, weight, np.diag(EFFORT / span**2))
+    except (np.linalg.LinAlgError, ValueError) as error:
+        raise ModelError(f"{robot.name}: expected a robot that can be held at its start: {error}") from None
+    inner = np.diag(EFFORT / span**2) + effect.T @ cost @ effect
+    return np.asarray(np.linalg.solve(inner, effect.T @ cost @ slope), dtype=np.float64)
 
 
 def linearised(equations: Equations, robot: Robot) -> tuple[Array, Array]:

@@ -180,7 +180,8 @@ def _worth_a_line(alternatives: Sequence[Alternative], beside: float) -> Sequenc
 
 def _fitted(prepared: Prepared, keys: Sequence[str]) -> tuple[Selection, float]:
     """The effects, chosen whatever they gain, the one that gains most first; their held-out gain together."""
-    competing = {candidate.name: candidate for candidate in candidates(prepared.library, prepared.checked.data)}
+    known = candidates(prepared.library, prepared.checked.data, prepared.counts)
+    competing = {candidate.name: candidate for candidate in known}
     # As each competes, or with all its parameters where it does not.
     own = tuple(competing.get(key) or Candidate(key, prepared.library.indices(key)) for key in keys)
     selection = Selection(prepared.problems, own, prepared.origin)

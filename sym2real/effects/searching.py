@@ -59,6 +59,7 @@ class Searching:
         varying: columns that must vary for it to show; those that it is bound to need no mention.
         sizes: those that a plan tries of an effect that begins at a threshold, the mildest first, from such values.
         shown_in: what manoeuvres show it among its like.
+        repeats: whether its first parameter counts what repeats along its joint, which is found before a search.
         attenuated: whether it is a factor on what commands do, which looks smaller where they change between rows.
     """
 
@@ -72,6 +73,7 @@ class Searching:
     varying: tuple[str, ...] = ()
     sizes: Callable[[Body, Array], tuple[float, ...]] = lambda _body, _values: ()
     shown_in: Callable[[Body], tuple[Shown, ...]] = lambda _: ()
+    repeats: bool = False
     attenuated: bool = False
 
     @property

@@ -155,8 +155,10 @@ class MujocoPlant:
             if place >= 0:
                 self._wrench[place] = value
         self._has_wrench = bool(self._wrench.any())
+        self._pushes = np.zeros(self.mj_model.nv)
         for place, dof in self._joint_places.items():
-            self.mj_data.qfrc_applied[dof] = values[place]
+            self._pushes[dof] = values[place]
+        self.mj_data.qfrc_applied[:] = self._pushes
 
     def reset(self, state: ArrayLike | None = None, seed: int | None = None) -> Array:
         """Start an episode at ``state``, or at the robot's start; nothing is random, so the seed has no effect.
@@ -221,7 +223,7 @@ class MujocoPlant:
         return _filtered(self._measure_filters, self.true_state)
 
     def _apply_forces(self) -> None:
-        self.mj_data.xfrc_applied[:] = 0.0
+        self.mj_data.xfrc_applied[:], self.mj_data.qfrc_applied[:] = 0.0, self._pushes
         if self._forces:
             # A physics step leaves positions and velocities of its beginning behind; the callbacks read the present.
             mujoco.mj_forward(self.mj_model, self.mj_data)

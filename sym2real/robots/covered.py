@@ -58,7 +58,7 @@ def forces_beside(model: mujoco.MjModel) -> dict[str, bool]:
         "an actuator with a delay": model.actuator_history.any(),
         "an actuator with a damping or an armature of its own": any(values.any() for values in own),
         "actuators that are switched off": bool(off),
-        "springs or dampers that are not linear": model.jnt_stiffnesspoly.any() or model.dof_dampingpoly.any(),
+        "springs or dampers that are not linear": model.jnt_stiffnesspoly.any() or model.dof_dampingpoly[:, 1:].any(),
         "a compensation of gravity (gravcomp)": model.body_gravcomp.any(),
         "a liquid around it": model.opt.density > OF_A_GAS,
     }

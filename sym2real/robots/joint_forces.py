@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
-from sympy import Expr, Integer, Max, Min
+from sympy import Abs, Expr, Integer, Max, Min
 
 from sym2real.robots.joint_tree import Link, as_expression
 from sym2real.robots.mjcf_columns import command_kind, driven_joint
@@ -40,6 +40,7 @@ class Forces:
         force = np.array([symbol(push_column(joint)) for joint in joints], dtype=object)
         for number, link in enumerate(self.links):
             force[number] += -symbol(quantity_of("damping", link.joint)) * rate[number]
+            force[number] += -symbol(quantity_of("drag", link.joint)) * rate[number] * Abs(rate[number])
             force[number] += -symbol(quantity_of("stiffness", link.joint)) * (place[number] - as_expression(link.rest))
         actuation = np.zeros(len(joints), dtype=int).astype(object)
         for index in range(self.model.nu):

@@ -29,7 +29,7 @@ class Link:
         zero: coordinate at which the bodies lie as the file places them (its ``ref``), rad or m.
         armature: of the joint, kg m² or kg.
         rest: where its spring rests, rad or m.
-        quantities: what equations hold of it by name, for effects to change: armature, damping, dry friction,
+        quantities: what equations hold of it by name, for effects to change: armature, damping, drag, dry friction,
             stiffness, its servo's gain.
     """
 
@@ -94,6 +94,7 @@ def _link(model: mujoco.MjModel, joint: int, parent: int, fixed: Transform) -> L
         quantities={
             quantity_of("armature", name): as_expression(model.dof_armature[dof]),
             quantity_of("damping", name): as_expression(model.dof_damping[dof]),
+            quantity_of("drag", name): as_expression(model.dof_dampingpoly[dof, 0]),
             quantity_of("friction", name): as_expression(model.dof_frictionloss[dof]),
             quantity_of("stiffness", name): as_expression(model.jnt_stiffness[joint]),
             **({quantity_of("servo_gain", name): Integer(1)} if name in columns.servos_of(model) else {}),

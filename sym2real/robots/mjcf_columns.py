@@ -124,7 +124,7 @@ def quantities_of(model: mujoco.MjModel) -> tuple[str, ...]:
     """Names of what effects may change in equations from the file: gravity, what joints have, loads at sites."""
     joints = [name for name, kind in zip(names_of(model, "joint"), model.jnt_type, strict=True) if kind != FREE]
     loads = [quantity_of("load", model.site(site).name) for site in loaded_sites(model)]
-    kinds: tuple[MechanicalQuantity, ...] = ("armature", "damping", "friction", "stiffness")
+    kinds: tuple[MechanicalQuantity, ...] = ("armature", "damping", "drag", "friction", "stiffness")
     servos = (quantity_of("servo_gain", joint) for joint in servos_of(model))
     return (
         *GRAVITY_COMPONENTS,

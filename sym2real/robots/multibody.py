@@ -10,11 +10,11 @@ fastest, in whatever pose, actions and forces held: local error fifth order; of 
 milliseconds, because dry friction takes half a part to stop them. Every lengthy intermediate result has a name.
 
 Effects bind to these quantities: ``gravity_x``, ``gravity_y``, ``gravity_z`` (m/s², world axes); of joint J
-``armature_J`` (kg or kg m², inertia that turns with its motor), ``damping_J``, ``friction_J`` (dry, N or N m),
-``stiffness_J``, ``link_mass_J`` (times the mass that the description gives its link), ``link_centre_J`` (times how far
-its centre of mass lies from a hinge), ``link_inertia_J`` (times its moment of inertia), ``link_length_J`` (times how
-far the next joints lie from a hinge), ``servo_gain_J`` (times its servo's gain); and ``load_S`` (kg, a point mass at
-site S).
+``armature_J`` (kg or kg m², inertia that turns with its motor), ``damping_J``, ``drag_J`` (by the squared rate),
+``friction_J`` (dry, N or N m), ``stiffness_J``, ``link_mass_J`` (times the mass that the description gives its link),
+``link_centre_J`` (times how far its centre of mass lies from a hinge), ``link_inertia_J`` (times its moment of
+inertia), ``link_length_J`` (times how far the next joints lie from a hinge), ``servo_gain_J`` (times its servo's gain);
+and ``load_S`` (kg, a point mass at site S).
 """
 
 from collections.abc import Mapping, Sequence

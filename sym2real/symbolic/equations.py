@@ -19,6 +19,7 @@ from sym2real.symbolic.node_count import complexity
 from sym2real.symbolic.parsing import parse_expression
 from sym2real.symbolic.predicting import Predicting
 from sym2real.symbolic.serialise import Origin, read_equations, write_equations
+from sym2real.symbolic.shared_parts import REMEMBERED
 
 EMPTY: Mapping[str, Any] = MappingProxyType({})
 
@@ -269,7 +270,7 @@ def _finite(what: str, values: Mapping[str, float]) -> dict[str, float]:
     return numbers
 
 
-_read = lru_cache(4096)(parse_expression)  # a model is often opened again
+_read = lru_cache(REMEMBERED)(parse_expression)  # a model is often opened again
 
 
 def _parsed(name: str, written: str) -> Expr:

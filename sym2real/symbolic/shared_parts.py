@@ -10,8 +10,9 @@ from typing import TypeVar
 from sympy import Basic, Expr
 
 Result = TypeVar("Result")
-# Expressions of which something is known: a chain of substitutions asks of the same ones again and again.
-REMEMBERED = 4096
+# Expressions of which something is known: a chain of substitutions asks of the same ones again and again, and an arm of
+# seven joints has more than five thousand.
+REMEMBERED = 65536
 
 
 def distinct(expression: Basic) -> Iterator[Basic]:

@@ -15,6 +15,7 @@ it in the log; it is taken away, and a fit moves by one Newton step.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from itertools import islice
 
 import torch
 from torch import Tensor
@@ -32,7 +33,7 @@ from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects.kind import Parameter
 from sym2real.effects.terms import shielded
 from sym2real.logs.noise import component_noise
-from sym2real.symbolic import Equations, lift_constants
+from sym2real.symbolic import Equations, constants, lift_constants
 from sym2real.trajectory import Array
 
 # Relative standard deviation of a constant beforehand; constants that are nearly zero have that of this size.
@@ -53,16 +54,17 @@ def refined(library: Library, flown: Dataset, logs: Dataset) -> Equations:
         flown: the plain simulator along the logs.
         logs: whose sensors' noise says what matters.
     """
+    if len([*islice(constants(library.base), MOST_CONSTANTS + 1)]) > MOST_CONSTANTS:
+        return library.base
     noise, segments = component_noise(logs), cut(flown)
     given = _weighted(library, segments, flown, noise)
-    free = _of_constants(library.base)
-    least = SETTINGS.worth_saying * given.whitening.freedom
-    if float(given.totals([library.null])) < least or len(free.slots) > MOST_CONSTANTS:
+    if float(given.totals([library.null])) < SETTINGS.worth_saying * given.whitening.freedom:
         return library.base
+    free = _of_constants(library.base)
     problems, start = _weighted(free, cut(flown, (*COMPARED, "velocity")), flown, noise), free.null
     values = improved(problems, tuple(range(len(free.slots))), start, start, REFINING_STEPS)
-    constants = dict(zip((slot.parameter.name for slot in free.slots), values.tolist(), strict=True))
-    return replace(lifted(library.base), parameters={**library.base.parameters, **constants})
+    better = dict(zip((slot.parameter.name for slot in free.slots), values.tolist(), strict=True))
+    return replace(lifted(library.base), parameters={**library.base.parameters, **better})
 
 
 def _weighted(library: Library, segments: Segments, flown: Dataset, noise: Array) -> Problems:
@@ -80,10 +82,10 @@ lifted = lru_cache(maxsize=4)(lift_constants)  # the same equations again, of wh
 def _of_constants(base: Equations) -> Library:
     """A library whose parameters are the numbers in the base's equations."""
     free = lifted(base)
-    constants = {name: value for name, value in free.parameters.items() if name not in base.parameters}
+    numbers = {name: value for name, value in free.parameters.items() if name not in base.parameters}
     slots = tuple(
         Slot("", Parameter(name, "", value, value - 10 * scale, value + 10 * scale, scale), name)
-        for name, value in constants.items()
+        for name, value in numbers.items()
         for scale in [RELATIVE * max(abs(value), SMALL)]
     )
     return Library(base, shielded(free), {}, slots, shielded(free))

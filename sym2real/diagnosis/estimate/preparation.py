@@ -1,6 +1,6 @@
 """What comes before any search: the base's own faults, candidates, and the covariance of errors."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import torch
 
@@ -8,11 +8,21 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis.estimate.calibrate import Calibration, calibrated, lifted, refined
 from sym2real.diagnosis.estimate.fit import Problems, nuisance_of
 from sym2real.diagnosis.estimate.full_model import full_fit
+from sym2real.diagnosis.estimate.ripple import find_counts
 from sym2real.diagnosis.estimate.simulator import SWITCHED_OFF, flown_along, with_effects_of
 from sym2real.diagnosis.estimate.swing import Swing, find_swing
 from sym2real.diagnosis.estimate.whitening import Spread, Whitened, Whitening, estimate, free_start, with_wander
 from sym2real.diagnosis.faults.sanity import Checked
-from sym2real.diagnosis.predict.candidate import Candidate, candidates, competing_in, library_for, swings
+from sym2real.diagnosis.predict.candidate import (
+    NO_COUNTS,
+    Candidate,
+    Counts,
+    at_first_count,
+    candidates,
+    competing_in,
+    library_for,
+    swings,
+)
 from sym2real.diagnosis.predict.competitors import NotTested, competing
 from sym2real.diagnosis.predict.library import Library, library_of
 from sym2real.diagnosis.predict.sensitivity import Problem
@@ -27,6 +37,7 @@ from sym2real.symbolic.mass_normalised import units_notes
 
 PROMISING = 0.05  # chance below which a swing is worth another estimate of the disturbances
 NO_SWING = "nothing in these logs swings beyond chance, beside what goes with the path"
+NO_RIPPLE = "nothing in these logs repeats beyond chance along the joint"
 
 # Times that variances are estimated from a full model's residuals, each fit weighted by the last estimate.
 ROUNDS = 3
@@ -51,6 +62,7 @@ class Refined:
         plant: the plain simulator with the effects that the model has already, if there is one.
         flown: the logs' manoeuvres in it, where it can fly them.
         notes: remarks on data and method.
+        counts: where effects that repeat along a joint start.
     """
 
     examined: Examined
@@ -60,6 +72,7 @@ class Refined:
     plant: MujocoPlant | None
     flown: Dataset | None
     notes: tuple[str, ...]
+    counts: Counts = field(default_factory=dict, kw_only=True)
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,9 +142,11 @@ def estimate_covariance(base: Refined) -> Prepared:
     whitened = _whitened(base.searched, data)
     if base.searched is not base.library:
         base, whitened = _likelier(base, whitened)
+    if counts := find_counts(whitened):
+        base, whitened = replace(base, counts=counts), _whitened(base.searched, data, counts)
     base = replace(base, notes=(*base.notes, *unpredicted_notes(whitened.problem)))
     searched = base.searched
-    effects, last, logs = candidates(searched, data), whitened, data
+    effects, last, logs = candidates(searched, data, counts), whitened, data
     swinging = [k for k, slot in enumerate(searched.slots) if searched.effects[slot.effect].searching.swings]
     # Disturbances are smaller without what swings, and against these it is held.
     for chance in (PROMISING, SETTINGS.false_alarms_of_each(len(effects))):
@@ -141,7 +156,7 @@ def estimate_covariance(base: Refined) -> Prepared:
         if swing is None:
             return _prepared(base, data, whitened, None)
         logs = swing.in_data(data)
-        last = _whitened(searched, logs)
+        last = _whitened(searched, logs, counts)
     return _prepared(base, logs, last, swing)
 
 
@@ -152,12 +167,12 @@ def _prepared(base: Refined, logs: Dataset, full: Whitened, swing: Swing | None)
         **vars(base),
         checked=replace(base.examined.checked, data=logs),
         scored=logs if base.examined.aside is None else base.examined.aside.data,
-        candidates=candidates(searched, logs),
+        candidates=candidates(searched, logs, base.counts),
         problems=Problems(full.problem, full.whitening, nuisance_of(searched, searched.null), full.spread),
         full_fit=full.values,
         origin=searched.null,
         swing=swing,
-        not_tested=_not_tested(base.model, logs, question),
+        not_tested=_not_tested(base.model, logs, question, base.counts),
     )
 
 
@@ -178,7 +193,7 @@ def uncalibrated(prepared: Prepared) -> Prepared:
     return replace(
         prepared,
         searched=library,
-        candidates=candidates(library, known.data),
+        candidates=candidates(library, known.data, prepared.counts),
         problems=replace(prepared.problems, problem=problem, nuisance=nuisance_of(library, library.null)),
         origin=library.null,
         calibration=None,
@@ -186,11 +201,12 @@ def uncalibrated(prepared: Prepared) -> Prepared:
     )
 
 
-def _not_tested(model: Equations, data: Dataset, question: Question) -> tuple[NotTested, ...]:
+def _not_tested(model: Equations, data: Dataset, question: Question, counts: Counts) -> tuple[NotTested, ...]:
     keys, others = competing(competing_in(model, data), data, question.exclude)
-    swinging = [key for key in keys if effect(key, model).searching.swings]
-    calm = [NotTested(key, NO_SWING) for key in swinging if not swings(data)]
-    return (*(left_out for left_out in others if left_out.effect not in question.include), *calm)
+    searching = {key: effect(key, model).searching for key in keys}
+    calm = [NotTested(key, NO_SWING) for key in keys if searching[key].swings and not swings(data)]
+    even = [NotTested(key, NO_RIPPLE) for key in keys if searching[key].repeats and key not in counts]
+    return (*(left_out for left_out in others if left_out.effect not in question.include), *calm, *even)
 
 
 def _likelier(base: Refined, whitened: Whitened) -> tuple[Refined, Whitened]:
@@ -203,8 +219,8 @@ def _likelier(base: Refined, whitened: Whitened) -> tuple[Refined, Whitened]:
     return (base, whitened) if deviance <= of_given else (replace(base, searched=base.library), given)
 
 
-def _whitened(library: Library, data: Dataset) -> Whitened:
-    return whiten(Problem(library, data), candidates(library, data))
+def _whitened(library: Library, data: Dataset, counts: Counts = NO_COUNTS) -> Whitened:
+    return whiten(Problem(library, data), candidates(library, data, counts))
 
 
 def whiten(problem: Problem, effects: tuple[Candidate, ...]) -> Whitened:
@@ -215,7 +231,8 @@ def whiten(problem: Problem, effects: tuple[Candidate, ...]) -> Whitened:
     slopes. So a full fit to the first part of each goes on to the whole (multiple shooting, from short to long),
     beside one from no effect; where that leaves more, disturbances spread as the full model predicts, not the base.
     """
-    null, segments, fits = problem.library.null, problem.segments, list[torch.Tensor]()
+    null, effects = at_first_count(problem.library, effects)
+    segments, fits = problem.segments, list[torch.Tensor]()
     first = replace(segments, measured=segments.measured[:, : round(FIRST * segments.length)])
     for piece in (Problem(problem.library, problem.data, first), problem):
         problem, spread, whitening = _restarted(piece, null)

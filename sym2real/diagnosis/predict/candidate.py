@@ -1,9 +1,10 @@
 """Which effects compete, and where fits of them start."""
 
 import fnmatch
-from collections.abc import Collection, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import lru_cache
+from types import MappingProxyType
 
 from torch import Tensor
 
@@ -16,6 +17,9 @@ from sym2real.effects.groups import Group, holding, others_of
 from sym2real.effects.inputs import ANGLE, has_force, with_inputs_of
 from sym2real.effects.wrench import with_force_inputs
 from sym2real.symbolic import Equations
+
+Counts = Mapping[str, tuple[float, ...]]  # starts of effects that repeat along a joint, by their keys
+NO_COUNTS: Counts = MappingProxyType({})
 
 
 @dataclass(frozen=True)
@@ -80,21 +84,32 @@ def competing_in(equations: Equations, data: Dataset) -> Equations:
 _with_forces = lru_cache(maxsize=4)(with_force_inputs)  # the same equations again, of which libraries are kept
 
 
-def candidates(library: Library, data: Dataset) -> tuple[Candidate, ...]:
-    """What competes: one candidate per effect."""
+def candidates(library: Library, data: Dataset, counts: Counts = NO_COUNTS) -> tuple[Candidate, ...]:
+    """What competes: one candidate per effect; of those that repeat along a joint the ones that are in ``counts``."""
     candidates: list[Candidate] = []
     groups, known = holding(data), [effect.key for effect in applicable(library.equations)]
     exclusive = [group for group in groups if group.exclusive]
     for key, own in library.effects.items():
         slots, searching = library.indices(key), own.searching
-        if not slots or (searching.swings and not swings(data)):
+        if not slots or (searching.swings and not swings(data)) or (searching.repeats and key not in counts):
             continue
         values = values_for(library.equations, own, data)
         fixed, starts = searching.fixed(own.body, values, data), searching.starts(own.body, values)
+        starts = counts.get(key, starts)
         free = tuple(slot for slot in slots if library.slots[slot].parameter.name not in fixed)
         alike, excludes = (_matching(key, some, known) for some in (groups, exclusive))
         candidates.append(Candidate(key, free, starts, not searching.from_null, alike, excludes))
     return tuple(candidates)
+
+
+def at_first_count(library: Library, competing: Iterable[Candidate]) -> tuple[Tensor, tuple[Candidate, ...]]:
+    """No effect ``# (P,)``, but what repeats along a joint where it most likely does, from where its size is smooth."""
+    null, others = library.null, list[Candidate]()
+    for own in competing:
+        repeats = library.effects[own.name].searching.repeats
+        null = own.started(null, own.starts[0]) if repeats else null
+        others.append(replace(own, starts=(), needs_start=False) if repeats else own)
+    return null, tuple(others)
 
 
 def swings(data: Dataset) -> bool:

@@ -81,7 +81,10 @@ def _of_joints(data: Dataset, balance: Balance) -> Iterator[Exchanged]:
     """Joints and commands that count the other way, and joints of one kind in another order."""
     state, commands = data.layouts.state, data.layouts.action.columns
     alone = () if motors_of(data.layouts.action) else _single_columns(data.layouts.action)
-    for columns in (*((joint, state.rates[joint]) for joint in state.joints), *((command,) for command in alone)):
+    counted = [(joint, state.rates[joint]) for joint in state.joints]
+    driven = zip(counted, commands, strict=True) if len(commands) == len(counted) else ()
+    together = [(*joint, command) for joint, command in driven if command in alone]
+    for columns in (*counted, *((command,) for command in alone), *together):
         yield Exchanged(columns, columns, (-1,) * len(columns))
     for field in state.fields:
         joints = tuple(name for name in field.columns if name in state.joints)

@@ -46,14 +46,11 @@ def _smoothed(trajectory: Trajectory, starts: NDArray[np.int64]) -> Array:
     noise = noise_of(trajectory)
     ages = trajectory.time[history] - trajectory.time[starts][:, None]
     correction = np.zeros(away.shape[::2])  # (windows, tangent)
-    slots = layout.vector_places
-    pairs = list(layout.rates.items())
-    paired = [[slots[name] for name in names] for names in zip(*pairs, strict=True)] if pairs else [[], []]
-    if pairs:
-        speed = np.stack([trajectory.column(column)[starts] for _, column in pairs])
+    paired = [[layout.vector_places[name] for name in names] for names in (layout.rates, layout.rates.values())]
+    if layout.rates:
+        speed = np.stack([trajectory.column(column)[starts] for column in layout.rates.values()])
         position, velocity = (away[:, :, part].transpose(2, 0, 1) for part in paired)  # (pairs, windows, ROWS)
-        fitted = _joint_fit(position, velocity, speed[..., None], noise[paired], ages)
-        correction[:, paired] = fitted.transpose(1, 2, 0)
+        correction[:, paired] = _joint_fit(position, velocity, speed[..., None], noise[paired], ages).transpose(1, 2, 0)
     others = sorted(set(range(layout.tangent_size)) - {slot for part in paired for slot in part})
     correction[:, others] = _single_fit(away[:, :, others].transpose(2, 0, 1), noise[others], ages).T
     return layout.retract(states[starts], torch.as_tensor(correction)).numpy()

@@ -104,15 +104,13 @@ def channel_units(layout: Layout) -> dict[str, str]:
 
 def channel_errors(layout: Layout, predicted: Tensor, measured: Tensor) -> dict[str, Array]:
     """Norm of the difference per field, on the manifold ``# (...)``."""
-    tangent = layout.difference(predicted, measured)
-    parts = tangent.split([field.tangent_size for field in layout.fields], dim=-1)
+    parts = layout.difference(predicted, measured).split([field.tangent_size for field in layout.fields], dim=-1)
     return {channel_name(field): part.norm(dim=-1).numpy() for field, part in zip(layout.fields, parts, strict=True)}
 
 
 def finite_errors(layout: Layout, predicted: Tensor, measured: Tensor) -> dict[str, Array]:
     """The same, and a large number where a model diverges: not a number would be neither larger nor smaller."""
-    errors = channel_errors(layout, predicted, measured)
-    return {name: np.fmin(values, LARGEST) for name, values in errors.items()}
+    return {name: np.fmin(values, LARGEST) for name, values in channel_errors(layout, predicted, measured).items()}
 
 
 def predict_windows(

@@ -97,9 +97,7 @@ def _testable(finding: Finding, equations: Equations) -> tuple[str, ...]:
         return ()
     others = [key for key in finding.alternatives if not _always(key, finding.effect, equations)]
     # One that stands for an alternative on every flight fares as that does.
-    first = [
-        key for place, key in enumerate(others) if not any(_always(key, other, equations) for other in others[:place])
-    ]
+    first = [key for at, key in enumerate(others) if not any(_always(key, other, equations) for other in others[:at])]
     return tuple(key for key in first if effect(key, equations).applies(equations))[:MOST_ALTERNATIVES]
 
 
@@ -138,8 +136,7 @@ def _outcome(
     for slot in library.indices(finding.effect):
         values[slot] = finding.values.get(library.slots[slot].parameter.name, float(values[slot]))
     plain = Problem(library, data, cut(data, whitening.fields))
-    segments = replace(plain.segments, measured=plain.states(values[None])[0])
-    problem = Problem(library, data, segments)
+    problem = Problem(library, data, replace(plain.segments, measured=plain.states(values[None])[0]))
     problems = Problems(problem, Spread.of(problem, library.null).like(whitening))
     nothing = problems.quadratics([Hypothesis((), library.null)])[0].total
     known, left = candidates(library, data), {}
@@ -147,8 +144,7 @@ def _outcome(
         same = [candidate for candidate in known if candidate.name == key]
         hypotheses = [Hypothesis(own.free, library.null) for own in same]
         hypotheses += [Hypothesis(own.free, own.started(library.null, level)) for own in same for level in own.starts]
-        fits = problems.fit(hypotheses)
-        left[key] = min((fit.total for fit in fits), default=nothing)
+        left[key] = min((fit.total for fit in problems.fit(hypotheses)), default=nothing)
     explained = {key: 1.0 - rest / max(nothing, 1e-300) for key, rest in left.items()}
     least = min([nothing, *left.values()])
     return _Outcome(trial.words, explained, least / (SETTINGS.gain_beside * problems.whitening.freedom))

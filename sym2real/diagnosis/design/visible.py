@@ -122,8 +122,7 @@ class Predictions:
 
     def of_parameters(self, free: Free) -> Tensor:
         """Size of every parameter from which on it matters, in units of its scale ``# (A,)``."""
-        null = self.problem.library.null
-        slopes = self.problem.linearised(null[None], [free])[0][..., 1:]
+        slopes = self.problem.linearised(self.problem.library.null[None], [free])[0][..., 1:]
         return (MATTERS / self._over_floor(slopes)).sqrt()
 
     def matter(self, sets: Tensor) -> Tensor:

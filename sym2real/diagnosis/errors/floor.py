@@ -130,9 +130,7 @@ class Floor:
         return {"horizon": self.horizon, "errors": errors, "noise": dict(self.noise)}
 
 
-def floor_of_noise(
-    model: DynamicsModel, data: Dataset, steps: Sequence[int], start: Start = "smoothed"
-) -> tuple[Floor, ...]:
+def floor_of_noise(model: DynamicsModel, data: Dataset, steps: Sequence[int], start: Start) -> tuple[Floor, ...]:
     """The part of the floor that the sensors' noise makes: for any model, whatever disturbs the robot.
 
     Third differences take fast motion for noise; no noise is larger than what a single step misses.
@@ -152,8 +150,7 @@ def floor_of_noise(
     for log in (log for log in data if len(log) >= ROWS + longest):
         plain = predict_windows(model, log, longest, start, stride)
         for by in _start_deviations(log, plain.rows, noise, rng, start).unbind(1):
-            begun = layout.retract(plain.start, by).numpy()
-            other = predicted_from(model, log, plain.rows, longest, start=begun)
+            other = predicted_from(model, log, plain.rows, longest, start=layout.retract(plain.start, by).numpy())
             moved += layout.difference(other, plain.predicted).square().sum(0)
             windows += len(plain.rows)
     if not windows:

@@ -158,9 +158,8 @@ def _statement(errors: WindowErrors, channel: str, feature: str, target: Array, 
 
 def _worst_range(values: Array, target: Array) -> NDArray[np.bool_]:
     """Windows of the tree's worst piece and of its neighbours that are more like it than like the mean."""
-    predicted = _explained(values, target)
     order = np.argsort(values, kind="stable")
-    levels = predicted[order]
+    levels = _explained(values, target)[order]
     worst = float(levels.max())
     bad = 2 * levels >= worst + min(worst, float(target.mean()))  # the mean of equal numbers may be rounded up
     number, _ = label(bad)  # of the run of such windows that each is in

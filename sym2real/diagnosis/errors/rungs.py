@@ -188,8 +188,7 @@ def error_of(values: Array, log: NDArray[np.int64], unit: str, block: int = SHOR
         block: windows in one: windows that overlap share errors, so none is shorter than a window.
     """
     blocks = np.unique(log * len(log) + number_in_log(log) // block, return_inverse=True)[1]
-    sums = np.bincount(blocks, values**2)
-    counts = np.bincount(blocks).astype(float)
+    sums, counts = np.bincount(blocks, values**2), np.bincount(blocks)
     draws = np.random.default_rng(0).integers(0, len(sums), (RESAMPLES, len(sums)))
     resampled = np.sqrt(sums[draws].sum(1) / counts[draws].sum(1))
     low, high = np.quantile(resampled, (0.025, 0.975))

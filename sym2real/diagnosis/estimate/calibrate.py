@@ -146,8 +146,7 @@ def calibrated(library: Library, candidates: Sequence[Candidate], data: Dataset,
     free = tuple(dict.fromkeys(slot for candidate in smooth for slot in candidate.free))
     everything = problems.quadratics([Hypothesis(free, library.null)])[0]
     chosen = _worth_it(problems, everything, smooth, SETTINGS.base_gain * problems.whitening.freedom)
-    values = fitted(problems, chosen, library.null, library.null, STEPS)
-    return Calibration(problem, spread, problems.whitening, values)
+    return Calibration(problem, spread, problems.whitening, fitted(problems, chosen, library.null, library.null, STEPS))
 
 
 def _worth_it(problems: Problems, everything: Fit, candidates: Sequence[Candidate], least: float) -> list[Candidate]:

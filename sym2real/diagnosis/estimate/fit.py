@@ -98,19 +98,17 @@ class Fit:
         places = self.places(slots)
         rest = [place for place in range(len(self.whole)) if place not in places]
         gone, across = self.curvature[:, places][:, :, places], self.curvature[:, rest][:, :, places]
-        gradient = self.gradient[:, places]
         return replace(
             self,
             free=tuple(slot for slot in self.free if slot not in slots),
-            loss=self.loss + 2 * gradient @ step + torch.einsum("a,sab,b->s", step, gone, step),
+            loss=self.loss + 2 * self.gradient[:, places] @ step + torch.einsum("a,sab,b->s", step, gone, step),
             gradient=self.gradient[:, rest] + across @ step,
             curvature=self.curvature[:, rest][:, :, rest],
         )
 
     def after(self, step: Tensor) -> Tensor:
         """Loss of every segment, or fold, by its quadratic model after a step of its own ``# (S, A) -> (S,)``."""
-        quadratic = torch.einsum("sa,sab,sb->s", step, self.curvature, step)
-        return self.loss + 2 * (self.gradient * step).sum(1) + quadratic
+        return self.loss + 2 * (self.gradient * step).sum(1) + torch.einsum("sa,sab,sb->s", step, self.curvature, step)
 
     def of_segments(self, which: Tensor) -> Fit:
         """The same for some segments only."""

@@ -291,8 +291,7 @@ def unpredicted_notes(problem: Problem) -> tuple[str, ...]:
     Raises:
         ModelError: when it predicts no segment.
     """
-    states = problem.states(problem.library.null[None])[0]
-    lost = ~states.isfinite().flatten(1).all(1)
+    lost = ~problem.states(problem.library.null[None])[0].isfinite().flatten(1).all(1)
     if lost.all():
         raise ModelError(f"expected a model that predicts finite states along these logs, found none; {ADVICE}")
     if not lost.any():

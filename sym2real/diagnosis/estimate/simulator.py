@@ -45,8 +45,7 @@ def with_effects_of(model: Equations, plant: MujocoPlant | None, dt: float) -> t
         return None, NO_SIMULATOR
     try:
         robot = plant.robot.at_period(dt) if dt > (1.0 + SETTINGS.same) * plant.dt else plant.robot
-        changes = (*plant.changes, *injected(model, robot))
-        return MujocoPlant(robot, changes, description=plant.description), ""
+        return MujocoPlant(robot, (*plant.changes, *injected(model, robot)), description=plant.description), ""
     except Sym2RealError as error:
         return None, f"no simulator has all effects that the model has already ({error}): {UNCALIBRATED}"
 

@@ -78,8 +78,7 @@ class Whitening:
         """Products under C⁻¹ of columns ``# (S, R, A)`` with each other ``# (S, A, A)``."""
         columns = self.wander.whitened(columns)
         lost = self.lost.mT @ columns
-        whole = columns.mT @ (columns * self.weight[:, None]) - lost.mT @ lost
-        return whole * self.trust[:, None, None]
+        return (columns.mT @ (columns * self.weight[:, None]) - lost.mT @ lost) * self.trust[:, None, None]
 
     def loss(self, residuals: Tensor) -> Tensor:
         """Whitened squares per segment ``# (B, S)`` of ``# (B, S, R)``."""
@@ -122,8 +121,7 @@ class Whitening:
         rows = [columns.unflatten(1, (-1, len(self.sensor))) for columns in (moves / unit, pulled)]
         moments = torch.einsum("snca,snda->cd", *rows)
         moments = (moments + moments.mT) / 2
-        size = moments.square().sum().clamp_min(1e-300)
-        return float(moments.trace().square() / size) / len(self.sensor)
+        return float(moments.trace().square() / moments.square().sum().clamp_min(1e-300)) / len(self.sensor)
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,8 +187,7 @@ class Spread:
         lower = root_plus_identity(columns.mT @ weighted)
         lost = torch.linalg.solve_triangular(lower, weighted.mT, upper=False).mT
         freedom = segments * (rows - int(torch.linalg.matrix_rank(self.start[0])))
-        deviations = power.sqrt() * self.sizes
-        disturbances = dict(zip(self.names, deviations.tolist(), strict=True))
+        disturbances = dict(zip(self.names, (power.sqrt() * self.sizes).tolist(), strict=True))
         trust = weight.new_ones(segments)
         return Whitening(sensor.sqrt(), disturbances, weight, lost, freedom, trust, self.fields, self.wander)
 
@@ -279,8 +276,7 @@ def estimate(
     first = torch.as_tensor(noise, dtype=torch.float64).square()
     sensor = torch.stack([first[number == name].mean() for name in range(int(number.max()) + 1)])
     power = torch.full((len(spread.names),), 0.25, dtype=torch.float64)
-    rows = number.repeat(residuals.shape[1] // spread.components)
-    products = spread.products(residuals, rows)
+    products = spread.products(residuals, number.repeat(residuals.shape[1] // spread.components))
     trust = residuals.new_ones(len(residuals))
     for _ in range(1 + TRUST_ROUNDS):
         weight = trust / trust.mean()  # without the mean the scale would hardly move (see above)

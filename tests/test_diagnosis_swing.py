@@ -14,10 +14,10 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis import diagnose, plan
 from sym2real.diagnosis.estimate import swing
 from sym2real.diagnosis.estimate.fit import Problems
-from sym2real.diagnosis.estimate.preparation import NO_SWING, whiten
+from sym2real.diagnosis.estimate.preparation import whiten
 from sym2real.diagnosis.estimate.swing import Swing, find_swing
 from sym2real.diagnosis.pipeline import prepare
-from sym2real.diagnosis.predict.candidate import candidates, library_for
+from sym2real.diagnosis.predict.candidate import NO_SWING, candidates, library_for
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.question import Question
 from sym2real.diagnosis.settings import SETTINGS

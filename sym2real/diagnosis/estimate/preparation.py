@@ -13,22 +13,12 @@ from sym2real.diagnosis.estimate.simulator import SWITCHED_OFF, flown_along, wit
 from sym2real.diagnosis.estimate.swing import Swing, find_swing
 from sym2real.diagnosis.estimate.whitening import Spread, Whitened, Whitening, estimate, free_start, with_wander
 from sym2real.diagnosis.faults.sanity import Checked
-from sym2real.diagnosis.predict.candidate import (
-    NO_COUNTS,
-    Candidate,
-    Counts,
-    at_first_count,
-    candidates,
-    competing_in,
-    library_for,
-    swings,
-)
-from sym2real.diagnosis.predict.competitors import NotTested, competing
+from sym2real.diagnosis.predict.candidate import Candidate, Counts, at_first_count, candidates, library_for, not_tested
+from sym2real.diagnosis.predict.competitors import NotTested
 from sym2real.diagnosis.predict.library import Library, library_of
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.question import Examined, Question
 from sym2real.diagnosis.settings import SETTINGS
-from sym2real.effects import effect
 from sym2real.errors import ModelError
 from sym2real.plants import MujocoPlant
 from sym2real.robots.left_out import left_out_notes
@@ -36,8 +26,6 @@ from sym2real.symbolic import Equations
 from sym2real.symbolic.mass_normalised import units_notes
 
 PROMISING = 0.05  # chance below which a swing is worth another estimate of the disturbances
-NO_SWING = "nothing in these logs swings beyond chance, beside what goes with the path"
-NO_RIPPLE = "nothing in these logs repeats beyond chance along the joint"
 
 # Times that variances are estimated from a full model's residuals, each fit weighted by the last estimate.
 ROUNDS = 3
@@ -139,7 +127,7 @@ def refine_base(examined: Examined) -> Refined:
 def estimate_covariance(base: Refined) -> Prepared:
     """Segments, noise and disturbances, and the phase of a force that swings."""
     data = base.examined.checked.data
-    whitened = _whitened(base.searched, data)
+    whitened = _whitened(base.searched, data, base.counts)
     if base.searched is not base.library:
         base, whitened = _likelier(base, whitened)
     if counts := find_counts(whitened):
@@ -172,7 +160,7 @@ def _prepared(base: Refined, logs: Dataset, full: Whitened, swing: Swing | None)
         full_fit=full.values,
         origin=searched.null,
         swing=swing,
-        not_tested=_not_tested(base.model, logs, question, base.counts),
+        not_tested=not_tested(base.model, logs, base.counts, question.exclude, question.include),
     )
 
 
@@ -201,25 +189,17 @@ def uncalibrated(prepared: Prepared) -> Prepared:
     )
 
 
-def _not_tested(model: Equations, data: Dataset, question: Question, counts: Counts) -> tuple[NotTested, ...]:
-    keys, others = competing(competing_in(model, data), data, question.exclude)
-    searching = {key: effect(key, model).searching for key in keys}
-    calm = [NotTested(key, NO_SWING) for key in keys if searching[key].swings and not swings(data)]
-    even = [NotTested(key, NO_RIPPLE) for key in keys if searching[key].repeats and key not in counts]
-    return (*(left_out for left_out in others if left_out.effect not in question.include), *calm, *even)
-
-
 def _likelier(base: Refined, whitened: Whitened) -> tuple[Refined, Whitened]:
     """The base under which the logs are likelier: that with constants fitted to the simulator, or the one given.
 
     Constants fitted to motions of a healthy robot may be wrong for those of one that carries a load.
     """
-    given = _whitened(base.library, base.examined.checked.data)
+    given = _whitened(base.library, base.examined.checked.data, base.counts)
     deviance, of_given = (own.whitening.deviance(own.residuals) for own in (whitened, given))
     return (base, whitened) if deviance <= of_given else (replace(base, searched=base.library), given)
 
 
-def _whitened(library: Library, data: Dataset, counts: Counts = NO_COUNTS) -> Whitened:
+def _whitened(library: Library, data: Dataset, counts: Counts) -> Whitened:
     return whiten(Problem(library, data), candidates(library, data, counts))
 
 

@@ -9,9 +9,9 @@ from types import MappingProxyType
 from torch import Tensor
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.predict.competitors import competing, values_for
+from sym2real.diagnosis.predict.competitors import NotTested, competing, values_for
 from sym2real.diagnosis.predict.library import Library, library_of
-from sym2real.effects import applicable
+from sym2real.effects import applicable, effect
 from sym2real.effects.catalogue import require_patterns
 from sym2real.effects.groups import Group, holding, others_of
 from sym2real.effects.inputs import ANGLE, has_force, with_inputs_of
@@ -20,6 +20,8 @@ from sym2real.symbolic import Equations
 
 Counts = Mapping[str, tuple[float, ...]]  # starts of effects that repeat along a joint, by their keys
 NO_COUNTS: Counts = MappingProxyType({})
+NO_SWING = "nothing in these logs swings beyond chance, beside what goes with the path"
+NO_RIPPLE = "nothing in these logs repeats beyond chance along the joint"
 
 
 @dataclass(frozen=True)
@@ -100,6 +102,17 @@ def candidates(library: Library, data: Dataset, counts: Counts = NO_COUNTS) -> t
         alike, excludes = (_matching(key, some, known) for some in (groups, exclusive))
         candidates.append(Candidate(key, free, starts, not searching.from_null, alike, excludes))
     return tuple(candidates)
+
+
+def not_tested(
+    equations: Equations, data: Dataset, counts: Counts, exclude: Collection[str], include: Collection[str]
+) -> tuple[NotTested, ...]:
+    """What is no candidate for :func:`candidates`, and why: not to compete, or because nothing swings or repeats."""
+    keys, others = competing(competing_in(equations, data), data, exclude)
+    searching = {key: effect(key, equations).searching for key in keys}
+    calm = [NotTested(key, NO_SWING) for key in keys if searching[key].swings and not swings(data)]
+    even = [NotTested(key, NO_RIPPLE) for key in keys if searching[key].repeats and key not in counts]
+    return (*(left_out for left_out in others if left_out.effect not in include), *calm, *even)
 
 
 def at_first_count(library: Library, competing: Iterable[Candidate]) -> tuple[Tensor, tuple[Candidate, ...]]:

@@ -144,13 +144,9 @@ def score(whole: Equations | DynamicsModel, data: Logs, horizon: float) -> dict[
 
 
 def _notes(data: Dataset, left_out: Sequence[float], errors: Sequence[HorizonErrors]) -> tuple[str, ...]:
-    logs_of: dict[str, list[str]] = {}
-    for trajectory in data:
-        for note in trajectory.notes:
-            logs_of.setdefault(note, []).append(trajectory.name)
-    notes = [
-        f"{'all logs' if len(names) == len(data) > 1 else ', '.join(names)}: {note}" for note, names in logs_of.items()
-    ]
+    pairs = [(note, log.name) for log in data for note in log.notes]
+    logs_of = {note: [name for own, name in pairs if own == note] for note, _ in pairs}
+    notes = [f"{'all logs' if len(own) == len(data) > 1 else ', '.join(own)}: {note}" for note, own in logs_of.items()]
     lost = {name: at.horizon for at in errors[::-1] for name, error in at.errors.items() if isnan(error.value)}
     if lost:
         channels = ", ".join(f"{name} {horizon:.3g} s ahead" for name, horizon in lost.items())

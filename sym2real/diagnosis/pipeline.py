@@ -111,8 +111,7 @@ def diagnose(
             answer = renamed(_answer(stages, result, scored), exclude)
     prepared = result.prepared
     if scored and answer.established:
-        refit = stages.try_to("refitting for prediction", refit_for_prediction, scored)
-        answer = replace(answer, prediction=refit)
+        answer = replace(answer, prediction=stages.try_to("refitting for prediction", refit_for_prediction, scored))
     advise = partial(with_advice, equations=prepared.model, whitening=prepared.whitening, plant=prepared.plant)
     findings = stages.try_to("looking for manoeuvres that would tell more", advise, answer.findings)
     where = stages.try_to("locating errors", partial(locate, prepared.model, region=region), prepared.checked.data)

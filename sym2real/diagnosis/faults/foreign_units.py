@@ -238,9 +238,8 @@ def _most_foreign(steps: Steps, settled: Sequence[str]) -> tuple[Scaled, float] 
             continue  # of no unit, wherever between these
         gain, ratio = (best_factor(partial(steps.missed, columns), ends) for ends in (GAIN, between))
         then, *others = steps.errors(columns, [ratio, gain, -1.0])
-        meant = steps.data.layouts.action.units[columns[0]]
         if (missed := float(then.mean())) < best[0] and steps.rise(columns, ratio) > SETTINGS.command_sides:
-            scaled = in_unit(columns, meant, ratio, (least, least), mass)
+            scaled = in_unit(columns, steps.data.layouts.action.units[columns[0]], ratio, (least, least), mass)
             # Of an angle beyond half a turn the tangent is that of a smaller one, a gain or the other sign away.
             if scaled is not None and all(_mended(other, then) for other in (now, *others)):
                 best = missed, (scaled, ratio)

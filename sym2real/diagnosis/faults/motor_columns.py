@@ -73,8 +73,7 @@ def turned_the_other_way(model: Equations, data: Dataset) -> Dataset | None:
     if any(names_in(expression) - {*MOTORS} for expression in expressions):
         return None
     wrench_of = compile_function(expressions, [MOTORS])
-    mirrored = (_mirrored(wrench_of, log) for log in data)
-    logs = [log for log in mirrored if log is not None]
+    logs = [mirrored for log in data if (mirrored := _mirrored(wrench_of, log)) is not None]
     return Dataset(logs) if len(logs) == len(data) else None
 
 
@@ -87,8 +86,7 @@ def _mirrored(wrench_of: Callable[[Tensor], Tensor], log: Trajectory) -> Traject
         here = wrench_of(motors)
         slopes = (wrench_of(motors[:, None] + steps) - here[:, None]) / STEP  # (rows, motors, wrench)
         motors = motors + torch.linalg.solve_ex(slopes.mT, goal - here).result
-    missed = (wrench_of(motors) - goal).abs()
-    reached = bool((missed <= MISSED * goal.abs().amax(0)).all())
+    reached = bool(((wrench_of(motors) - goal).abs() <= MISSED * goal.abs().amax(0)).all())
     return log.with_columns(dict(zip(MOTORS, motors.numpy().T, strict=True))) if reached else None
 
 
@@ -121,8 +119,7 @@ def spin_text(model: Equations, data: Dataset) -> tuple[str, str]:
     more[:, place] += STEP * torch.eye(4, dtype=torch.float64)
     predict = visible_in_double(at_period(model, data.dt))
     apart = predict(state, more, inputs) - predict(state, sent, inputs)
-    spin = apart[:, log.layouts.state.index(RATE.columns[2])].sign()
-    signs = " ".join(f"{-sign:.0f}" for sign in spin.tolist())
+    signs = " ".join(f"{-sign:.0f}" for sign in apart[:, log.layouts.state.index(RATE.columns[2])].sign().tolist())
     return (
         "rotors that turn the other way than the model says: yaw answers the motors with the opposite sign",
         f"make the model with these rotors: `sym2real nominal quadrotor --interface motors --spin {signs} …`",

@@ -218,8 +218,7 @@ def _fit(table: Array) -> tuple[Array, Array, Array]:
     inverse = np.linalg.pinv(design.T @ design)
     values = inverse @ design.T @ target
     left = target - design @ values
-    meat = (design * left[:, None] ** 2).T @ design
-    return values, inverse @ meat @ inverse, left
+    return values, inverse @ ((design * left[:, None] ** 2).T @ design) @ inverse, left
 
 
 def _beyond_time(table: Array) -> Array:

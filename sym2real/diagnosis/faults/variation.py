@@ -97,7 +97,6 @@ def _feedback(logs: Sequence[Trajectory], commands: Array) -> Array:
 
 def _known(trajectory: Trajectory) -> Array:
     """State, and its distance from the reference where there is one ``# (rows, k)``."""
-    layout = trajectory.layouts.state
-    there = [name for name in layout if f"ref_{name}" in trajectory.extra]
+    there = [name for name in trajectory.layouts.state if f"ref_{name}" in trajectory.extra]
     apart = [trajectory.column(name) - trajectory.extra[f"ref_{name}"] for name in there]
     return np.column_stack([trajectory.state, *apart])

@@ -165,8 +165,7 @@ def output_of(equations: Equations) -> torch.jit.ScriptModule | None:
         return None
     state = equations.layouts.state
     expressions = [equations.output.get(column, symbol(column)) for column in state]
-    groups = [state.columns, tuple(equations.parameters)]
-    return compile_function(expressions, [group for group in groups if group])
+    return compile_function(expressions, [group for group in (state.columns, tuple(equations.parameters)) if group])
 
 
 @lru_cache(maxsize=64)

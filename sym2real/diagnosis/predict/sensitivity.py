@@ -121,8 +121,7 @@ class Problem:
         states = torch.empty(len(self.segments), self.segments.length, self._visible, dtype=torch.float64)
         for number in which.unique():
             mine = which == number
-            part = Problem(self.library, self.data, self.segments.of(mine))
-            states[mine] = part.states(sets[number][None])[0]
+            states[mine] = Problem(self.library, self.data, self.segments.of(mine)).states(sets[number][None])[0]
         return states
 
     def _states(self, sets: Tensor, moves: Tensor | None, pushes: Pushes, columns: Sequence[int]) -> Tensor:
@@ -173,8 +172,7 @@ class Problem:
         start = start.expand(len(parameters), -1, -1)
         for _ in range(2):
             reported = self._measured(pad(start, (0, self._hidden)), parameters)[..., : self._visible]
-            away = layout.difference(reported, measured)
-            start = layout.retract(start, -(slope @ away[..., None])[..., 0])
+            start = layout.retract(start, -(slope @ layout.difference(reported, measured)[..., None])[..., 0])
         return start
 
     def _measured(self, states: Tensor, parameters: Tensor) -> Tensor:

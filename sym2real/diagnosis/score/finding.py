@@ -65,9 +65,8 @@ class Finding:
 
     def to_dict(self) -> dict[str, Any]:
         """The entry of ``findings`` in docs/method.md, "Answers as files"."""
-        known = fields_of(self, without=("log_spread", "voltage"))
         battery = {} if self.voltage is None else {"full_battery": self.voltage}
-        return {**known, "spread_over_logs": self.log_spread, **battery}
+        return {**fields_of(self, without=("log_spread", "voltage")), "spread_over_logs": self.log_spread, **battery}
 
     @property
     def alternatives(self) -> list[str]:

@@ -102,8 +102,7 @@ def refit_for_prediction(scored: Scored) -> PredictionRefit | None:
     problem = Problem(prepared.library, data, _judged_windows(data, round(horizon / data.dt)))
     if not all(part.any() for part in parts_of_others(selection, problem.segments)):
         return None
-    starts = [Hypothesis(selection.free(sure), start), *selection.started(sure, start)]
-    problems, fit = _fitted(problem, starts)
+    problems, fit = _fitted(problem, [Hypothesis(selection.free(sure), start), *selection.started(sure, start)])
     refitted = torch.stack(by_others(selection, fit, problems))
     stages = [("found", left_out_sets(selection, sure, selection.fit)), ("refitted", refitted)]
     names = [slot.parameter.name for slot in prepared.library.slots]
@@ -171,5 +170,4 @@ class Scale:
         return Whitening(self.row.rsqrt(), {}, self.row.repeat(residuals.shape[1] // len(self.row)), lost, 1, trust)
 
     def _norms(self, residuals: Tensor) -> Tensor:
-        squares = residuals.square().unflatten(1, (-1, len(self.row)))
-        return torch.einsum("snc,c->s", squares, self.row).sqrt()
+        return torch.einsum("snc,c->s", residuals.square().unflatten(1, (-1, len(self.row))), self.row).sqrt()

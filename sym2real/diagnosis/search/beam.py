@@ -173,8 +173,7 @@ class Beam:
         best = self._best()
         for size, same in self._by_size():
             cheapest = islice(filter(self._worth_its_size, same), SCREENED)
-            worth = sorted(cheapest, key=self.selection.promise)[:WIDTH]
-            for effects in worth:
+            for effects in sorted(cheapest, key=self.selection.promise)[:WIDTH]:
                 beyond = size < len(best.chosen) or self.selection.promise(effects) < best.price
                 if beyond and effects.names not in self.looked_around:
                     yield effects

@@ -108,8 +108,7 @@ class Selection:
         What is beside an effect whose form is a little wrong must save more, unless there are whole logs enough to tell
         it from trim (see ``needed.py``).
         """
-        logs_tell = self.problems.log_count >= SETTINGS.fewest_logs
-        beside = SETTINGS.gain_beside if logs_tell else SETTINGS.gain_few
+        beside = SETTINGS.gain_beside if self.problems.log_count >= SETTINGS.fewest_logs else SETTINGS.gain_few
         return loss / ((1 - SETTINGS.gain) * (1 - beside) ** (count - 1)) if count else loss
 
     def put(self, chosen: Sequence[Candidate], fit: Fit) -> None:
@@ -191,8 +190,7 @@ class Selection:
 
     def refitted(self, chosen: Sequence[Candidate], started: Sequence[tuple[Candidate, Tensor]]) -> list[EffectSet]:
         """Candidates, each fitted jointly with what is chosen from a parameter set, best first."""
-        hypotheses = [Hypothesis(self.free([*chosen, candidate]), start) for candidate, start in started]
-        fits = self.problems.fit(hypotheses)
+        fits = self.problems.fit([Hypothesis(self.free([*chosen, own]), start) for own, start in started])
         joined = [self.set_of([*chosen, candidate], fit) for (candidate, _), fit in zip(started, fits, strict=True)]
         return sorted(joined, key=lambda scored: scored.loss)
 

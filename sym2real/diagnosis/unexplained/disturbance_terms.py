@@ -270,6 +270,5 @@ class TermFit:
 
 def _saved(gradient: Tensor, curvature: Tensor) -> float:
     """Fall of quadratic losses ``# (folds, A), (folds, A, A)``, each at the best of the others."""
-    others = curvature.sum(0) - curvature
-    step = solve(others, gradient - gradient.sum(0))
+    step = solve(curvature.sum(0) - curvature, gradient - gradient.sum(0))
     return -float(2 * (gradient * step).sum() + torch.einsum("fa,fab,fb->", step, curvature, step))

@@ -133,8 +133,7 @@ def worse_than_nothing(scored: Scored) -> tuple[Leftover, ...]:
         return ()
     prepared, values = scored.result.prepared, scored.result.selection.fit.values
     still = replace(prepared.whitening, disturbances=dict.fromkeys(prepared.whitening.disturbances, 0.0))
-    own = SensorNoise.of(prepared.scored)
-    noise = floor_of_explained(scored.steps.held, values, still, (nearest,), noise=own)
+    noise = floor_of_explained(scored.steps.held, values, still, (nearest,), noise=SensorNoise.of(prepared.scored))
     return find_astray(scored.stages[-1], noise[0]) if noise else ()
 
 

@@ -99,8 +99,7 @@ def _parts(selection: Selection, rest: EffectSet, own: Candidate) -> Iterator[Pa
         fit = model.part((*before, *candidate.free))
         by_log = () if candidate is own else _some_logs(problems, fit, candidate)
         for words, inside in (*moments, *by_log):
-            there = _in_part(fit, candidate, inside)
-            loss = float(problems.left_out(problems.by_fold(there)).sum())
+            loss = float(problems.left_out(problems.by_fold(_in_part(fit, candidate, inside))).sum())
             yield Part(candidate, words, inside, loss)
 
 

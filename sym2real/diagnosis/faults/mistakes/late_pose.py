@@ -97,8 +97,7 @@ def _shifted(data: Dataset) -> list[Reading]:
 
 def _rates_of(late: Late, data: Dataset) -> set[str]:
     """Rates of what was moved that are not on time."""
-    state = data.layouts.state
-    return {rate.column for rate in _shifted(data) if {*measured_by(state, rate.of)[1]} & {*late.columns}}
+    return {rate.column for rate in _shifted(data) if {*measured_by(data.layouts.state, rate.of)[1]} & {*late.columns}}
 
 
 def with_its_place(late: Late, data: Dataset, balances: Balances | None) -> Late:

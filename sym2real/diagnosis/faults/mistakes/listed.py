@@ -5,7 +5,7 @@ whether it is there is judged elsewhere, for all kinds alike.
 """
 
 from collections.abc import Iterator, Sequence
-from itertools import combinations, permutations, product
+from itertools import chain, combinations, permutations, product
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -166,9 +166,8 @@ def _orders(vectors: Vectors) -> Iterator[Exchanged]:
 
 def _in_order(vectors: Vectors, order: Sequence[int], signs: Sequence[int]) -> Exchanged:
     """Components that hold those in another order, with these signs, the same in several vectors."""
-    columns = tuple(name for vector in vectors for name in vector)
     sources = tuple(vector[place] for vector in vectors for place in order)
-    return Exchanged(columns, sources, tuple(signs) * len(vectors))
+    return Exchanged(tuple(chain(*vectors)), sources, tuple(signs) * len(vectors))
 
 
 def _turned(data: Dataset, balance: Balance, field: str) -> Iterator[Turned]:

@@ -114,8 +114,7 @@ def _jumps(data: Dataset, model: Equations | None, *, of_body: bool) -> list[Bad
 
 def _all_that_repeats(data: Dataset) -> BadRows | None:
     """The sensors that repeat in the same rows as the first that does: one link holds several."""
-    sensors = _sensors(data.layouts.state.fields)
-    repeats = [bad for columns in sensors if (bad := _repeated(data, columns)) is not None]
+    repeats = [bad for columns in _sensors(data.layouts.state.fields) if (bad := _repeated(data, columns)) is not None]
     if not repeats:
         return None
     alike = [bad for bad in repeats if all(map(np.array_equal, bad.rows, repeats[0].rows))]

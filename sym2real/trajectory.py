@@ -220,8 +220,7 @@ class Trajectory:
         Raises:
             DataError: naming row and column, what was expected and what was found.
         """
-        log: Trajectory = upward("log_of_frame")(frame, spec, layouts, dt)
-        return log
+        return upward("log_of_frame")(frame, spec, layouts, dt)
 
     def to_pandas(self) -> pandas.DataFrame:
         """A data frame with ``time``, state, action, inputs and extra; :meth:`from_pandas` reads it back.
@@ -240,8 +239,7 @@ class Trajectory:
         Raises:
             ShapeError: with models, when the log is too short to predict.
         """
-        figure: Figure = upward("log_plot")(self, models)
-        return figure
+        return upward("log_plot")(self, models)
 
     def __len__(self) -> int:
         return len(self.time)

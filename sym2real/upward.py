@@ -6,8 +6,9 @@ more than its own room has is listed here, and nowhere else.
 
 from collections.abc import Callable
 from importlib import import_module
-from typing import Any
+from typing import TypeVar
 
+Result = TypeVar("Result")  # as who calls it needs it
 _OF = {
     "sym2real.diagnosis.data.windows": ("simulate",),
     "sym2real.diagnosis.errors.comparison": ("score",),
@@ -26,7 +27,7 @@ _OF = {
 OWNERS = {name: module for module, names in _OF.items() for name in names}
 
 
-def upward(name: str) -> Callable[..., Any]:
+def upward(name: str) -> Callable[..., Result]:
     """The function of that name in the room that owns it."""
-    function: Callable[..., Any] = getattr(import_module(OWNERS[name]), name)
+    function: Callable[..., Result] = getattr(import_module(OWNERS[name]), name)
     return function

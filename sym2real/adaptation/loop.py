@@ -103,8 +103,7 @@ class Adaptation:
 
     def plot(self) -> Figure:
         """Error of the episodes and of the predictions by round: a figure of matplotlib."""
-        figure: Figure = upward("adaptation_plot")(self)
-        return figure
+        return upward("adaptation_plot")(self)
 
 
 def adapt(

@@ -89,8 +89,7 @@ class Diagnosis:
         Raises:
             ModelError: where nothing was scored.
         """
-        figure: Figure = upward("ladder_plot")(self)
-        return figure
+        return upward("ladder_plot")(self)
 
     def report(self, equations: Equations, logs: Logs, file: str | Path) -> Path:
         """Write all of it as one HTML file that works offline, with effects to switch on and off; the file.
@@ -100,8 +99,7 @@ class Diagnosis:
             logs: those of the diagnosis.
             file: what to write.
         """
-        written: Path = upward("write_diagnosis_page")(self, equations, logs, file)
-        return written
+        return upward("write_diagnosis_page")(self, equations, logs, file)
 
     def _repr_html_(self) -> str:
         return str(upward("diagnosis_html")(self))
@@ -176,7 +174,7 @@ def conclude(scored: Scored, leftovers: tuple[Leftover, ...], proposal: Term | N
 def unscored(result: SearchResult) -> Diagnosis:
     """What the search has found, where the scoring was interrupted: nothing is established."""
     parts = Parts(result.prepared.checked.faults, findings_of(result))
-    sentence = upward("summary")("CANNOT_TELL", parts, interrupted="the scoring")
+    sentence: str = upward("summary")("CANNOT_TELL", parts, interrupted="the scoring")
     return Diagnosis("CANNOT_TELL", sentence, **vars(parts), notes=result.notes, **_of_search(result))
 
 

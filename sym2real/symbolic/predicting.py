@@ -48,8 +48,7 @@ class Predicting:
         Raises:
             ShapeError: for other columns, naming them.
         """
-        following: Values = upward("predict")(self, state, action, inputs)
-        return following
+        return upward("predict")(self, state, action, inputs)
 
     def simulate(self, log: Trajectory, horizon: float | None = None) -> Trajectory:
         """The log as the model predicts it from its commands and inputs, with all its effects.
@@ -69,8 +68,7 @@ class Predicting:
             >>> float(np.abs(error).max()) < 0.05
             True
         """
-        simulated: Trajectory = upward("simulate")(self, log, horizon)
-        return simulated
+        return upward("simulate")(self, log, horizon)
 
     def score(self, log: Logs, horizon: float = 0.5) -> dict[str, float]:
         """Fit of predictions in % by channel, 100·(1 − RMSE/standard deviation) as MATLAB's ``compare`` counts.
@@ -84,5 +82,4 @@ class Predicting:
         Raises:
             ShapeError: when columns or time steps differ, or no log is long enough.
         """
-        fits: dict[str, float] = upward("score")(self, log, horizon)
-        return fits
+        return upward("score")(self, log, horizon)

@@ -70,8 +70,7 @@ class Comparison:
 
     def plot(self) -> Figure:
         """Error of every channel over the horizon, beside "hold" and the sensors' noise: a figure of matplotlib."""
-        figure: Figure = upward("comparison_plot")(self)
-        return figure
+        return upward("comparison_plot")(self)
 
     def _repr_html_(self) -> str:
         return str(upward("comparison_html")(self))

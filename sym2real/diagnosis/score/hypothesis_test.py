@@ -76,8 +76,7 @@ class HypothesisTest:
 
     def plot(self) -> Figure:
         """Held-out error over the horizon, one effect after the other: a figure of matplotlib."""
-        figure: Figure = upward("ladder_plot")(self)
-        return figure
+        return upward("ladder_plot")(self)
 
     def _repr_html_(self) -> str:
         return str(upward("hypothesis_html")(self))

@@ -101,8 +101,7 @@ def diagnose(
         ('CANNOT_TELL', True)
     """
     started, stages = time.perf_counter(), Stages(on_progress, finish=finish_on_interrupt)
-    question = Question(model, data, plant, calibrate, held_out, exclude, horizon=horizon)
-    result, scored = _searched(stages, question)
+    result, scored = _searched(stages, Question(model, data, plant, calibrate, held_out, exclude, horizon=horizon))
     answer = _answer(stages, result, scored)
     for doubt in doubts(answer, result.prepared.library.base, result.prepared.checked.data):
         others = partial(instead, scored, partial(_searched, stages))

@@ -60,8 +60,7 @@ def window_errors(model: Equations | DynamicsModel, data: Logs) -> WindowErrors:
         ShapeError: when columns or time steps differ, or no log is long enough for a window.
     """
     predictor, dataset = prepared(model, long_enough(data, model))
-    longest = max(len(trajectory) for trajectory in dataset) - ROWS
-    steps = max(1, min(round(HORIZON / dataset.dt), longest))
+    steps = max(1, min(round(HORIZON / dataset.dt), max(map(len, dataset)) - ROWS))
     layout, parts, means = dataset.layouts.state, [], []
     for index, trajectory in enumerate(dataset):
         if len(trajectory) >= ROWS + steps:

@@ -120,8 +120,7 @@ def prediction_errors(
     """
     for step, lowest in zip_longest(steps, floor):
         long_enough = [log for log in dataset if len(log) >= ROWS + step] or [max(dataset, key=len)]
-        windows = [predict_windows(model, log, step, start) for log in long_enough]
-        yield _summary(windows, step, dataset, lowest)
+        yield _summary([predict_windows(model, log, step, start) for log in long_enough], step, dataset, lowest)
 
 
 def _summary(windows: Sequence[Windows], step: int, dataset: Dataset, floor: Floor | None) -> HorizonErrors:

@@ -186,8 +186,7 @@ class Problems:
         sets = torch.stack([hypothesis.values for hypothesis in hypotheses])
         held = [tuple(slot for slot in self.nuisance if slot not in hypothesis.free) for hypothesis in hypotheses]
         whole = [(*hypothesis.free, *others) for hypothesis, others in zip(hypotheses, held, strict=True)]
-        products = map(self.whitening.products, self.problem.linearised(sets, whole))
-        parts = zip(hypotheses, held, products, strict=True)
+        parts = zip(hypotheses, held, map(self.whitening.products, self.problem.linearised(sets, whole)), strict=True)
         return [Fit.of(own.free, others, own.values, joint) for own, others, joint in parts]
 
     def beside(self, before: Free, values: Tensor, others: Sequence[tuple[Free, Tensor]]) -> list[Fit]:

@@ -129,8 +129,7 @@ class Distance:
         """
         if candidate.needs_start:
             return cls.of_part(problems, fit, candidate, origin)
-        slots = candidate.slots
-        neutral = origin.clone()
+        slots, neutral = candidate.slots, origin.clone()
         for slot in problems.nuisance.keys() & slots:  # free in every fit: none as far as its bounds go
             neutral[slot] = fit.values[slot].clamp(*problems.nuisance[slot])
         away = (fit.values - neutral)[slots] / problems.library.scale[slots]

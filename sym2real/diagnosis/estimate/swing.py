@@ -119,8 +119,7 @@ class Rows:
         shapes = torch.stack([angle.sin(), angle.cos(), torch.ones_like(angle), scaled], dim=-1)  # (F, S, P, 4)
         gradient = torch.einsum("sdp,fspk->fskd", self.gradient, shapes).flatten(2)
         half = torch.einsum("sdpeq,fsql->fsdpel", self.curvature, shapes)
-        curvature = torch.einsum("fspk,fsdpel->fskdle", shapes, half)
-        return gradient, curvature.reshape(*gradient.shape, gradient.shape[-1])
+        return gradient, torch.einsum("fspk,fsdpel->fskdle", shapes, half).reshape(*gradient.shape, gradient.shape[-1])
 
     def by_log(self, omegas: Sequence[float]) -> tuple[Tensor, Tensor]:
         """The same, added up over the segments of each log that has any ``# (F, L, 4·D), (F, L, 4·D, 4·D)``."""

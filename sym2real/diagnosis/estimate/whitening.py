@@ -184,8 +184,7 @@ class Spread:
         disturbed = (self.disturbances * power.sqrt()[:, None]).flatten(-2)
         columns = self.wander.whitened(torch.cat([self.start, disturbed], dim=-1))
         weighted = columns * weight[:, None]
-        lower = root_plus_identity(columns.mT @ weighted)
-        lost = torch.linalg.solve_triangular(lower, weighted.mT, upper=False).mT
+        lost = torch.linalg.solve_triangular(root_plus_identity(columns.mT @ weighted), weighted.mT, upper=False).mT
         freedom = segments * (rows - int(torch.linalg.matrix_rank(self.start[0])))
         disturbances = dict(zip(self.names, (power.sqrt() * self.sizes).tolist(), strict=True))
         trust = weight.new_ones(segments)

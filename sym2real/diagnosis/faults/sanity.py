@@ -80,8 +80,7 @@ def check(model: Equations | None, data: Dataset) -> Checked:
 
 @lru_cache(maxsize=2)  # the same logs are reported, diagnosed and drawn, and so are those that were kept aside
 def _checked(model: Equations | None, logs: tuple[Trajectory, ...]) -> Checked:
-    all_faults: list[Fault] = []
-    data = Dataset(logs)
+    all_faults, data = list[Fault](), Dataset(logs)
     sensors = None if model is None else Sensors(model)
     data = data if sensors is None else through(sensors.state, data)
     frames, units, commands = looks_for(model)

@@ -96,8 +96,7 @@ def candidates(library: Library, data: Dataset, counts: Counts = NO_COUNTS) -> t
         if not slots or (searching.swings and not swings(data)) or (searching.repeats and key not in counts):
             continue
         values = values_for(library.equations, own, data)
-        fixed, starts = searching.fixed(own.body, values, data), searching.starts(own.body, values)
-        starts = counts.get(key, starts)
+        fixed, starts = searching.fixed(own.body, values, data), counts.get(key, searching.starts(own.body, values))
         free = tuple(slot for slot in slots if library.slots[slot].parameter.name not in fixed)
         alike, excludes = (_matching(key, some, known) for some in (groups, exclusive))
         candidates.append(Candidate(key, free, starts, not searching.from_null, alike, excludes))

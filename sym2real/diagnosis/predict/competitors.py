@@ -1,6 +1,6 @@
 """Which effects compete in a diagnosis, and why each of the others does not: what was not tested is not refuted."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from dataclasses import dataclass
 from fnmatch import fnmatch
 from functools import lru_cache
@@ -46,9 +46,7 @@ def competing(
         refused |= more
 
 
-def _reasons(
-    equations: Equations, data: Dataset, exclude: Collection[str], refused: Mapping[str, str]
-) -> dict[str, str]:
+def _reasons(equations: Equations, data: Dataset, exclude: Collection[str], refused: dict[str, str]) -> dict[str, str]:
     """Why each effect does not compete, "" where it does."""
     effects = {effect.key: effect for effect in known(equations)}
     reasons = {key: refused.get(key) or _why_not(effect, equations, data, exclude) for key, effect in effects.items()}

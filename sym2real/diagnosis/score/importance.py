@@ -78,8 +78,7 @@ def _windows(selection: Selection) -> Problem:
 
 def _score(selection: Selection, windows: Problem, kept: Sequence[Candidate]) -> float:
     """Sum of the logarithms of the errors at the windows' end with some effects at their values among all."""
-    values = parameter_set(selection, kept, selection.fit.values)
-    predicted = windows.states(values[None])[0, :, -1]
+    predicted = windows.states(parameter_set(selection, kept, selection.fit.values)[None])[0, :, -1]
     errors = finite_errors(windows.segments.layout, predicted, windows.segments.measured[:, -1])
     squares = [float(np.square(errors[name]).mean()) for name in judged(errors)]
     return float(np.log(np.maximum(squares, LEAST)).sum())

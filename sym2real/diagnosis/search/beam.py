@@ -60,8 +60,7 @@ class SearchResult:
         """Remarks on the data and the method, and effects that were not taken though the logs ask for them."""
         dropped = [candidate.name for candidate in self.dropped]
         not_taken = {UNNEEDED: dropped, TOO_LARGE: self.selection.driven_to_bounds()}
-        lines = (f"{why}: {', '.join(names)}" for why, names in not_taken.items() if names)
-        return (*self.prepared.notes, *lines)
+        return (*self.prepared.notes, *(f"{why}: {', '.join(names)}" for why, names in not_taken.items() if names))
 
     def gains(self, commands: Collection[str]) -> dict[str, float]:
         """Of these commands, whether or not they are beyond chance; nothing of one whose gain does not compete."""

@@ -183,8 +183,7 @@ def judged_horizons(held: HeldOut) -> tuple[float, ...]:
 
 def left_out(selection: Selection, library: Library, logs: Dataset) -> HeldOut:
     """The logs of a search, each by the fit of the others; the last third of a single log by that of the rest."""
-    after = LAST_THIRD if selection.problems.log_count == 1 else 0.0
-    return HeldOut(library, logs, fold_of_log(selection), after)
+    return HeldOut(library, logs, fold_of_log(selection), LAST_THIRD if selection.problems.log_count == 1 else 0.0)
 
 
 def left_out_sets(selection: Selection, chosen: Sequence[Candidate], fit: Fit) -> Tensor:

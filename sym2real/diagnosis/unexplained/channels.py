@@ -51,8 +51,7 @@ def channels_of(problem: Problem, spread: Spread, fit: Fit) -> list[Channel]:
         turned = (replace(along, name=along.name + TURNED, places=both) for along in level)
         channels += [replace(along, axis=axis) for axis, along in enumerate(turned)]
     offsets = [*offsets_of(problem)]
-    for place, (name, unit, _) in enumerate(offsets, len(names)):
-        channels.append(Channel(name, unit, "measured", 1.0, (place,)))
+    channels += [Channel(n, unit, "measured", 1.0, (k,)) for k, (n, unit, _) in enumerate(offsets, len(names))]
     for place, slot in enumerate(fit.free, len(names) + len(offsets)):
         known, scale, value = library.slots[slot], float(library.scale[slot]), float(fit.values[slot])
         channels.append(Channel(known.effect, known.parameter.unit, "fitted", scale, (place,), value))

@@ -123,10 +123,7 @@ class Terms:
         """
         whitening, folds = self.problems.whitening, self.problems.folds
         falls = [(judged.fall(folds), judged) for judged in self.judged(whitening, self.pairs)]
-        best = max(falls, key=itemgetter(0), default=None)
-        if best is None:
-            return []
-        ordered = sorted(falls, key=partial(_order, *best))
+        ordered = sorted(falls, key=partial(_order, *max(falls, key=itemgetter(0)))) if falls else []
         likely = (judged for fall, judged in ordered if fall > 0.0 and self._likely(judged))
         return list(islice(likely, MOST_TERMS))
 

@@ -93,7 +93,6 @@ def check_data(question: Question) -> Examined:
     parts = [long_enough(part, question.model) for part in (question.data, question.held_out) if part is not None]
     # Logs that go on from those of the search have their battery.
     logs = list(with_common_clock(Dataset(log for part in parts for log in part)).told_apart())
-    halves = (logs[: len(parts[0])], logs[len(parts[0]) :])
-    results = [check(question.model, Dataset(half)) for half in halves if half]
+    results = [check(question.model, Dataset(half)) for half in (logs[: len(parts[0])], logs[len(parts[0]) :]) if half]
     checked, *aside = (replace(result, data=with_filtered_commands(question.model, result.data)) for result in results)
     return Examined(question, checked, *aside)

@@ -157,5 +157,4 @@ def simulate(whole: Equations | DynamicsModel, log: Trajectory, horizon: float |
     predicted = predicted_from(model, ready, rows, steps, start=start_states(ready, rows)).flatten(0, 1).numpy()
     state = np.concatenate([ready.state[:1], predicted[: len(ready) - 1]])
     layouts = replace(ready.layouts, action=log.layouts.action)
-    name = f"{log.name} simulated".strip()
-    return replace(ready, state=state, action=log.action, layouts=layouts, name=name, raw={})
+    return replace(ready, state=state, action=log.action, layouts=layouts, name=f"{log.name} simulated".strip(), raw={})

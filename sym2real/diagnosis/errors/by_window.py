@@ -1,12 +1,12 @@
 """Prediction errors of windows over all logs, beside what a person would say of the windows."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sym2real.dataset import Dataset, Logs
+from sym2real.dataset import Logs
 from sym2real.diagnosis.data.preparation import long_enough
 from sym2real.diagnosis.data.start import ROWS
 from sym2real.diagnosis.data.windows import LARGEST, channel_name, judged, predict_windows
@@ -71,10 +71,10 @@ def window_errors(model: Equations | DynamicsModel, data: Logs) -> WindowErrors:
             means.append({name: over_windows(values, rows, steps) for name, values in features(trajectory).items()})
     log, start, tangents = (np.concatenate(part) for part in zip(*parts, strict=True))
     common = set.intersection(*map(set, means))
-    channels, units = named_channels(layout), units_of(layout)
+    channels, units, noise = named_channels(layout), units_of(layout), [noise_of(log) for log in dataset]
     return WindowErrors(
         errors={name: np.linalg.norm(tangents[:, places], axis=1) for name, places in channels.items()},
-        floor={name: _noise(dataset, places) for name, places in channels.items()},
+        floor={name: float(np.median([np.linalg.norm(own[at]) for own in noise])) for name, at in channels.items()},
         features={name: np.concatenate([own[name] for own in means]) for name in units if name in common},
         log=log,
         group=log if len(parts) > 1 else (start / BLOCK).astype(np.int64),
@@ -101,8 +101,3 @@ def named_channels(layout: Layout) -> dict[str, list[int]]:
         elif channel_name(field) in wanted:
             channels[channel_name(field)] = own
     return channels
-
-
-def _noise(dataset: Dataset, places: Sequence[int]) -> float:
-    """Norm of the noise of some tangent components, median over logs."""
-    return float(np.median([np.linalg.norm(noise_of(log)[list(places)]) for log in dataset]))

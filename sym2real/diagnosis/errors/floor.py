@@ -180,8 +180,8 @@ def floor_of_explained(
     noise = noise or SensorNoise.of(data).with_deviation(compared, whitening.sensor.numpy())
     rng, of_log = np.random.default_rng(SEED), [windows.row[windows.log == place] for place in range(len(data))]
     deviations = [_start_deviations(log, rows, noise, rng) for log, rows in zip(data, of_log, strict=True) if len(rows)]
-    moved = problem.start_jacobian(values)  # (W, R, n), windows by log
-    started = torch.einsum("wri,wdi->wrd", moved, torch.cat(deviations)).square().mean(-1)
+    # Windows lie by log, as the deviations do.
+    started = torch.einsum("wri,wdi->wrd", problem.start_jacobian(values), torch.cat(deviations)).square().mean(-1)
     kinds = disturbances(held.library.equations)
     pieces = max(1, round(max(steps) * PIECES / segment_length(layout, data.dt)))
     power = torch.tensor([whitening.disturbances[name] / size for name, size in kinds], dtype=torch.float64)

@@ -168,9 +168,7 @@ def shares_of(losses: Sequence[float], freedom: float) -> list[float]:
     return [(before - after) / excess for before, after in pairwise(lowest)]
 
 
-def with_details(
-    findings: Sequence[Finding], library: Library, swing: Swing | None, logs: Dataset
-) -> tuple[Finding, ...]:
+def with_details(given: Sequence[Finding], library: Library, swing: Swing | None, logs: Dataset) -> tuple[Finding, ...]:
     """The findings under the keys that a user types, with what was settled before the search.
 
     That is which rotor lost thrust, and how fast a force swings; also its phase where there is one log, which at the
@@ -182,7 +180,7 @@ def with_details(
         if len(logs) == 1:
             known["phase"] = about(swing.phases[0], swing.deviation * len(logs[0]) * logs[0].dt / 3**0.5, "rad")
     result = []
-    for finding in findings:
+    for finding in given:
         chosen = {name: Estimate(value, value, value, "1") for name, value in library.choice(finding.effect).items()}
         of = library.effects.get(finding.effect)
         group = tuple(dict.fromkeys(library.key(name) for name in finding.group))

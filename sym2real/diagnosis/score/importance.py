@@ -80,5 +80,4 @@ def _score(selection: Selection, windows: Problem, kept: Sequence[Candidate]) ->
     """Sum of the logarithms of the errors at the windows' end with some effects at their values among all."""
     predicted = windows.states(parameter_set(selection, kept, selection.fit.values)[None])[0, :, -1]
     errors = finite_errors(windows.segments.layout, predicted, windows.segments.measured[:, -1])
-    squares = [float(np.square(errors[name]).mean()) for name in judged(errors)]
-    return float(np.log(np.maximum(squares, LEAST)).sum())
+    return float(np.log(np.maximum([np.square(errors[name]).mean() for name in judged(errors)], LEAST)).sum())

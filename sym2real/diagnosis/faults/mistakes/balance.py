@@ -125,8 +125,8 @@ class Balances:
         later = self._predict.after_each(now, sent, inputs)
         measured, predicted = (_summed(layout.difference(end, now).numpy(), counts) for end in (then, later))
         quantities = _quantities(data.layouts.state)
-        rates = _stretches([_rates(log)[:-1] for log in known], rows)
-        turns = _turned(measured, layout, dict(zip(_rated(known[0]), _summed(rates * data.dt, counts).T, strict=True)))
+        rates = _summed(_stretches([_rates(log)[:-1] for log in known], rows) * data.dt, counts)
+        turns = _turned(measured, layout, dict(zip(_rated(known[0]), rates.T[..., None], strict=True)))
         if layout.has_field(POSITION.name) and layout.has_field(VELOCITY.name):
             way = _summed(now[..., layout.slice(VELOCITY.name)].numpy() * data.dt, counts)
             ways = {"level position": way[:, :LEVEL], "upright position": way[:, LEVEL:]}
@@ -152,9 +152,7 @@ def _turned(changes: Array, layout: Layout, sums: Mapping[str, Array]) -> dict[s
     rates = {ATTITUDE.name: RATES, HEADING.name: RATES[-1:]}
     fields = zip((field.name for field in layout.fields), layout.tangent_places, strict=True)
     turns = [turn for name, places in fields if name in rates for turn in zip(places, rates[name], strict=True)]
-    return {
-        TURNED.format(rate[-1]): (changes[:, [place]], sums[rate][:, None]) for place, rate in turns if rate in sums
-    }
+    return {TURNED.format(rate[-1]): (changes[:, [place]], sums[rate]) for place, rate in turns if rate in sums}
 
 
 def _stretches(logs: Sequence[Array], rows: int) -> Array:

@@ -69,5 +69,4 @@ def step_likelihood(model: Equations, data: Dataset) -> float:
     """Of the errors over a row, each component with a variance of its own."""
     predict, logs = prepared(model, data)
     errors = [one_step_windows(predict, log).missed for log in logs]
-    squares = torch.cat(errors).square().mean(0).clamp(min=1e-300)
-    return -0.5 * sum(map(len, errors)) * float(squares.log().sum())
+    return -0.5 * sum(map(len, errors)) * float(torch.cat(errors).square().mean(0).clamp(min=1e-300).log().sum())

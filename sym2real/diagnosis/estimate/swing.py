@@ -146,7 +146,8 @@ def find_swing(problems: Problems, values: Tensor, chance: float) -> Swing | Non
     rows = beside if own[max(0, highest - 1) : highest + 2].any() else rows
     fine = grid[highest] + step * np.arange(-FINE, FINE + 1) / FINE
     omega, deviation = _refined(rows, float(fine[_falls(rows, fine).argmax()]), step / FINE)
-    if _chance(rows, problems, omega) > chance / max(1, len(grid) // OVERSAMPLED):
+    looks = max(1, len(grid) // OVERSAMPLED)
+    if _chance(rows, problems, omega) > chance / looks:
         return None
     return Swing(omega, deviation, _phases(rows, omega, len(problem.data)))
 

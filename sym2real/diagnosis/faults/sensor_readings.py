@@ -115,9 +115,8 @@ def rates_of(data: Dataset) -> dict[str, str]:
     """Columns that are measured rates, with what each is the rate of; a wheel's speed by the column that it was."""
     layout, made = data.layouts.state, made_of_wheel(data)
     turns = layout.has_field("attitude") or layout.has_field("heading")
-    turning = {rate: "attitude" for rate in RATES if turns and rate in layout}
     moving = {rate: coordinate for coordinate, rate in layout.rates.items() if rate not in made}
-    return turning | moving | dict.fromkeys(made[:1], PATH)
+    return {rate: "attitude" for rate in RATES if turns and rate in layout} | moving | dict.fromkeys(made[:1], PATH)
 
 
 def measured_by(state: Layout, of: str) -> tuple[str, tuple[str, ...]]:

@@ -19,7 +19,10 @@ COMMON = (
     "-ffp-contract=fast", "-fno-math-errno", "-fno-trapping-math",
 )  # fmt: skip
 # For x86 GCC leaves the order of a long text as it stands, and so each operation waiting for the one before.
-ONLY_GCC = ("-mprefer-vector-width=512", "-fschedule-insns", "-fsched-pressure")
+SCHEDULED = ("-fschedule-insns", "-fsched-pressure")
+ONLY_GCC = ("-mprefer-vector-width=512", *SCHEDULED)
+# Bytes beyond which it does not: an arm of seven joints has 1.5 MB, and takes a minute more; one of six half a second.
+LONG = 500_000
 SECONDS = 120.0
 
 
@@ -43,7 +46,9 @@ class Compiler:
         Raises:
             CompilationError: when the compiler fails, or takes minutes.
         """
-        command = [*self.command, *self.flags, str(source), "-o", str(target), "-lm"]
+        left_out = SCHEDULED if source.stat().st_size > LONG else ()
+        flags = [flag for flag in self.flags if flag not in left_out]
+        command = [*self.command, *flags, str(source), "-o", str(target), "-lm"]
         try:
             done = subprocess.run(command, capture_output=True, text=True, timeout=SECONDS, check=False)
         except subprocess.TimeoutExpired:

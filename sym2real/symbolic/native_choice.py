@@ -23,7 +23,7 @@ from sym2real.symbolic.native_rollout import NativeRollout
 
 LOGGER = logging.getLogger(__name__)
 KINDS = ({torch.float32}, {torch.float64})
-MANY = 1_000_000  # steps of single samples
+MANY = 400_000  # steps of single samples: 0.14 to 1.2 million, of an arm of seven joints and of a car
 # Samples that take torch as long as to begin a step: 1,600 to 4,200 of a car, a quadrotor, a cart-pole, an arm.
 CALL = 2000
 

@@ -6,6 +6,7 @@ import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ import pytest
 import torch
 from adaptation_runs import NARROW, SMALL, adapted_to_wind, windy
 from forked import in_fork
+from rich.console import Console
 from tracked import episode
 
 from sym2real.adaptation import Adaptation, Adapting, Improvement, adapt, improvement
@@ -34,6 +36,7 @@ from sym2real.json_objects import plain
 from sym2real.logs import read_log, read_logs
 from sym2real.neural import Composed, Descent, EnsembleTraining, ResidualMLP, ResidualTraining
 from sym2real.plants import EquationsPlant, MujocoPlant, run_episode
+from sym2real.report.adaptation import rounds_report
 from sym2real.robots import CRAZYFLIE, MUSHR, Robot
 from sym2real.symbolic import Equations
 from sym2real.tasks import make_task
@@ -352,6 +355,15 @@ def round_of(number: int, **changes: Any) -> RoundReport:
         "tracking": Improvement(0.1, 0.05, 0.2), "learned": Learned(),
     }  # fmt: skip
     return RoundReport(number=number, **{**fields, **changes})
+
+
+def test_a_table_has_the_unit_of_the_robots_places_and_says_that_every_episode_crashed() -> None:
+    console = Console(width=160, record=True, file=StringIO())
+    console.print(rounds_report([round_of(number, unit="rad", crashed=True) for number in range(2)]))
+    text = console.export_text()
+    assert "error rad" in text
+    assert "0.8 s rad" in text
+    assert "every episode ended in a crash" in text
 
 
 def test_the_best_model_predicts_better_and_flies_no_worse() -> None:

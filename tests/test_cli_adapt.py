@@ -55,6 +55,8 @@ def test_a_dry_run_says_what_it_would_do_and_does_nothing(place: Path) -> None:
     out = str(place / "never")
     told = result_of(adapt(place, "--out", out, "--dry-run"), place)
     assert told["dry_run"] == "at most 11 episodes of 6 s of circle by a MuSHR racecar"
+    faster = ["adapt", str(place / "base"), "mushr", "circle", "speed=0.5", "--out", out, "--dry-run"]
+    assert "of circle by a MuSHR racecar" in result_of(faster, place)["dry_run"]
     logs = ["adapt", str(place / "base"), str(place / "drives"), "--out", out, "--dry-run"]
     assert result_of(logs, place)["dry_run"] == "at most 3 of 3 logs"
     assert not (place / "never").exists()
@@ -100,6 +102,7 @@ def test_logs_one_a_round_and_their_effects_in_the_equations(place: Path) -> Non
         ("base crazyflie circle", "crazyflie is a crazyflie; the model is of a mushr"),
         ("base crazyflie hover --dry-run", "crazyflie is a crazyflie; the model is of a mushr"),
         ("base mushr loop", "unknown task 'loop'"),
+        ("base mushr circle colour=1", "unknown option of circle that is a number 'colour'"),
         ("base mushr", "TASK: expected what to fly in mushr"),
         ("base drives circle", "TASK: nothing flies with the logs of"),
         ("base mushr circle --spec mushr_steering_offset", "--spec is for logs"),

@@ -183,6 +183,15 @@ def test_without_inputs_an_export_is_called_without_them(format: str, tmp_path: 
         assert eval(call.replace("FILE", repr(str(file))), {"torch": torch}, known).shape == (4, 2)
 
 
+def test_an_exported_python_module_is_called_as_it_says(tmp_path: Path) -> None:
+    base = MUSHR.nominal()
+    source = export(base, "python", tmp_path / "model.py").read_text()
+    call = json.loads((tmp_path / "model.py.json").read_text())["call"].partition(" of")[0]
+    known = {name: torch.rand(4, size) for name, size in (("state", 7), ("action", 2), ("inputs", 3))}
+    exec(compile(source, "model.py", "exec"), module := {"__name__": "model"})
+    torch.testing.assert_close(eval(call, module, known), compile_model(base)(*known.values()))
+
+
 def test_the_time_is_an_input_of_an_exported_module(tmp_path: Path) -> None:
     timed, time = with_time(MUSHR.nominal())
     timed = replace(timed, next={**timed.next, "vx": timed.next["vx"] + time})

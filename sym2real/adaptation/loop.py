@@ -26,6 +26,7 @@ from sym2real.adaptation.training import Inform, Training, digest_of
 from sym2real.control import mppi_controller
 from sym2real.dataset import Dataset, logs_in
 from sym2real.errors import ModelError
+from sym2real.layout import unit_of_place
 from sym2real.logs.equal_steps import equal_steps
 from sym2real.neural.model_folder import Model
 from sym2real.protocols import Learner, Plant
@@ -164,7 +165,7 @@ def settings_of_run(
     return {
         "model": digest_of(base),
         "learner": repr(learner) if is_dataclass(learner) else type(learner).__name__,
-        "informed": inform is not None,
+        "diagnose": inform is not None,
         "seed": settings.seed,
         **target.about,
     }
@@ -260,4 +261,5 @@ class _Loop:
             gain=gain,
             tracking=tracking,
             learned=how,
+            unit=unit_of_place(log.layouts.state),
         )

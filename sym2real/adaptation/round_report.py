@@ -41,16 +41,17 @@ class RoundReport:
         rows: of that log.
         flown: whether it was flown by the model of this round.
         crashed: whether it ended early.
-        error: mean position error in m over all steps of the episode, NaN without a reference.
+        error: mean position error over all steps of the episode, NaN without a reference.
         cost: mean running cost of the task over them, NaN without a task.
         one_step: one-step prediction error on this log, relative to how far states move.
         horizon: in s.
-        prediction: mean error in m of the position predicted that far ahead on this log.
+        prediction: mean error of the position predicted that far ahead on this log.
         best_before: round whose model was the best before this one; on this log the two are compared.
         best_crashed: whether that round ended early.
         gain: by how much the prediction is better than with that model.
         tracking: by how much the position error is, row by row.
         learned: how its model came about.
+        unit: of errors of the position: m, of joints theirs.
     """
 
     number: int
@@ -68,6 +69,7 @@ class RoundReport:
     gain: Improvement
     tracking: Improvement
     learned: Learned
+    unit: str = "m"
 
     @property
     def progress(self) -> Improvement:

@@ -12,7 +12,7 @@ from rich.console import Console
 
 from sym2real.cli.numbers import Count, Memory, OptionalSamples, OptionalSeconds, Seed, steps_in
 from sym2real.cli.of_logs import OfLogs
-from sym2real.cli.positionals import HtmlFile, JsonFile, ModelPlace, OptionalTask, TargetPlace
+from sym2real.cli.positionals import HtmlFile, JsonFile, ModelPlace, OptionalTask, TargetPlace, TaskOptions
 from sym2real.errors import ModelError
 from sym2real.files import read_object
 
@@ -175,7 +175,7 @@ class Adapt(OfLogs, AdaptVerb):
 
     For example:
       sym2real add runs/base wind fx=0.02 --out runs/windy
-      sym2real adapt runs/base runs/windy/simulator circle --out runs/adapted
+      sym2real adapt runs/base runs/windy/simulator circle speed=0.8 --out runs/adapted
       sym2real adapt runs/base flights --spec flight.toml --out runs/adapted
     """
 
@@ -184,6 +184,7 @@ class Adapt(OfLogs, AdaptVerb):
     task: OptionalTask = None
     """What is flown: hover, circle, lemniscate, track, park, reverse_circle or, of any robot, regulate; with logs
     nothing."""
+    options: TaskOptions = ()
     noise: bool = False
     """Sensor noise in the simulator, as of `simulate`; without it errors of any size count for --diagnose."""
 
@@ -192,6 +193,7 @@ class Adapt(OfLogs, AdaptVerb):
         from sym2real.cli.adapt_target import chosen_target
         from sym2real.neural.model_folder import below
 
+        task = () if self.task is None else (self.task, *self.options)
         return nullcontext(
-            chosen_target(below(model), self.model, self.target, self.task, spec=self.naming, noise=self.noise)
+            chosen_target(below(model), self.model, self.target, task, spec=self.naming, noise=self.noise)
         )

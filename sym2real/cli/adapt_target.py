@@ -1,9 +1,11 @@
 """What ``adapt`` is given as TARGET: a robot's simulator, the folder of one, or a folder of logs."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from sym2real.adaptation.target import MakeController
+from sym2real.cli.chosen import chosen_task
 from sym2real.cli.model import logs_for
 from sym2real.dataset import Dataset
 from sym2real.errors import ModelError, UnknownNameError
@@ -18,7 +20,7 @@ from sym2real.protocols import Plant
 from sym2real.robots import ROBOTS, Robot
 from sym2real.robots.own import robot_of
 from sym2real.symbolic import Equations
-from sym2real.tasks import Task, make_task
+from sym2real.tasks import Task
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +41,7 @@ class Chosen:
 
 
 def chosen_target(
-    base: Base, model: str, target: str, task: str | None, *, spec: LogSpec | None, noise: bool
+    base: Base, model: str, target: str, task: Sequence[str], *, spec: LogSpec | None, noise: bool
 ) -> Chosen:
     """What a user means by TARGET and TASK.
 
@@ -47,7 +49,7 @@ def chosen_target(
         base: the model's equations or networks.
         model: as the user names it, for errors.
         target: a robot's name, the folder of a simulator, of a model for the plain robot that it is of, or of logs.
-        task: to be flown.
+        task: to be flown, with its options behind it; nothing with logs.
         spec: how the logs' columns are named.
         noise: put sensor noise into the simulator.
 
@@ -61,13 +63,13 @@ def chosen_target(
         raise UnknownNameError("target: neither a folder nor a robot", target, ROBOTS)
     simulated = holds_model(folder) or any((part / PLANT).exists() for part in (folder, folder / "simulator"))
     if folder.is_dir() and not simulated:
-        for given, option in ((task, "TASK"), (noise, "--noise")):
+        for given, option in ((" ".join(task), "TASK"), (noise, "--noise")):
             if given:
                 raise ModelError(f"{option}: nothing flies with the logs of {target}, found {given}")
         return _recordings(base, folder, spec)
     if spec is not None:
         raise ModelError(f"--spec is for logs; {target} is a simulator")
-    if task is None:
+    if not task:
         raise ModelError(f"TASK: expected what to fly in {target}, such as circle, found nothing")
     robot = robot_of(base)
     if robot is None:
@@ -76,7 +78,7 @@ def chosen_target(
             "give a folder of logs to adapt it to them"
         )
     plant = target_called(target, robot)
-    return Chosen(NoisyPlant(plant) if noise else plant, make_task(task, robot), robot)
+    return Chosen(NoisyPlant(plant) if noise else plant, chosen_task(task[0], task[1:], robot), robot)
 
 
 def _recordings(base: Base, folder: Path, spec: LogSpec | None) -> Chosen:

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from sym2real.experiments.study.outcome import Outcome
 
 LIST, ANSWER = "list", "outcome.json"
+FIRST = "the base of a robot that nobody has learned here yet takes minutes first, and is kept"
 
 
 @dataclass(frozen=True)
@@ -68,7 +69,7 @@ class RunExperiment:
 
         chosen = experiment(self.name, self.cases, self.contestants)
         effort = (FULL if self.full else QUICK).of_seeds(self.seeds)
-        progress_console().print(f"preparing {self.name}", style="dim", markup=False)
+        progress_console().print(f"preparing {self.name}; {FIRST}", style="dim", markup=False)
         jobs = chosen.jobs(effort)
         with sweep_progress(self.out) as on_progress:
             answers = run_sweep(jobs, self.out, workers=self.jobs, cluster=self.cluster, on_progress=on_progress)

@@ -54,8 +54,8 @@ def finished_line(report: adaptation.EpisodeReport | adaptation.RoundReport) -> 
         error = "" if report.tracking != report.tracking else f", mean position error {number(report.tracking)} m"
         return f"episode {report.number + 1}: {report.task}, {report.rows} rows, {report.crashes} crashes{error}"
     refused = f"; what was learned is not used: {report.learned.refused}" if report.learned.refused else ""
-    error = "" if report.error != report.error else f"mean position error {number(report.error)} m, "
-    ahead = f"prediction {report.horizon:g} s ahead {number(report.prediction)} m off"
+    error = "" if report.error != report.error else f"mean position error {number(report.error)} {report.unit}, "
+    ahead = f"prediction {report.horizon:g} s ahead {number(report.prediction)} {report.unit} off"
     crashed = "crashed, " if report.crashed else ""
     return f"round {report.number} on {report.log}: {crashed}{error}{ahead}{refused}"
 

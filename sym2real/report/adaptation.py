@@ -31,6 +31,8 @@ def rounds_report(reports: Sequence[RoundReport]) -> Group:
     lines += [
         f"round {entry.number}: kept the model before: {entry.learned.refused}" for entry in reports if _refused(entry)
     ]
+    crashed = all(entry.crashed for entry in reports)
+    lines += ["every episode ended in a crash: such short logs teach little, and no round is surely better"] * crashed
     effects = best.learned.effects
     lines += [f"effects in the equations: {', '.join(effects)}"] if effects else []
     what = "position error" if reports[0].flown else "prediction"
@@ -44,8 +46,9 @@ def _refused(report: RoundReport) -> bool:
 
 def rounds_table(reports: Sequence[RoundReport]) -> Table:
     """Figures of every round; the last cell says which model is on top, what crashed, and what was not used."""
-    best, ahead = best_of(reports), f"{reports[0].horizon:.3g} s m"
-    headings = ("round", "rows", "error m", "% better", "cost", ahead, "% better", "λ", "s", "")
+    best, unit = best_of(reports), reports[0].unit
+    ahead = f"{reports[0].horizon:.3g} s {unit}"
+    headings = ("round", "rows", f"error {unit}", "% better", "cost", ahead, "% better", "λ", "s", "")
     rows = [
         (
             str(report.number),
@@ -83,8 +86,9 @@ def rounds_charts(reports: Sequence[RoundReport]) -> list[Chart]:
         values = np.array([getattr(report, name) for report in reports])
         if np.isfinite(values).any():
             first, last = (number(float(value), 2) for value in values[np.isfinite(values)][[0, -1]])
-            reading = f"{first} m in the first round, {last} m in the last."
-            labels = ("trajectories learned from", "error in m")
+            unit = reports[0].unit
+            reading = f"{first} {unit} in the first round, {last} {unit} in the last."
+            labels = ("trajectories learned from", f"error in {unit}")
             lines = [Line(label, "model", values)]
             charts.append(Chart(title, reading, *labels, rounds, lines, zero=True, points=True))
     return charts

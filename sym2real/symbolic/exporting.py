@@ -72,8 +72,9 @@ def export(equations: Equations, format: str, path: str | Path) -> Path:
 
 
 def called(format: str, arguments: str) -> dict[str, str]:
-    """How a file of a format is opened and called, for its interface; nothing of those that hold text."""
+    """How a file of a format is opened and called, for its interface; nothing of one that is read."""
     known = {
+        "python": f"Dynamics()({arguments}) of the module: tensors of float32 (N, columns)",
         "torchscript": f"torch.jit.load(FILE)({arguments}): tensors of float32 (N, columns)",
         "torch-export": f"torch.export.load(FILE).module()({arguments}): tensors of float32 (N, columns), N at least 2",
     }

@@ -53,6 +53,8 @@ DRILLING, TURNING_INERTIA = "drilling", "turning_inertia"
 # The same: the mass in kg that moves ahead and the inertia in kg m² that turns, with what turns with a wheel; the first
 # moment in kg m of the mass ahead of the axle.
 MASS_AHEAD, MASS_MOMENT, MASS_TURNING = "mass_ahead", "mass_moment", "mass_turning"
+# Of a log: 1 in rows at which a joint is at an end stop that the equations do not have, else 0.
+AT_A_STOP = "at_a_stop"
 HEIGHT = POSITION.columns[2]
 (THRUST_COLUMN,), (STEER_COLUMN,), (SPEED_COLUMN,) = THRUST.columns, STEERING.columns, SPEED.columns
 (ACCELERATION_COLUMN,) = ACCELERATION.columns

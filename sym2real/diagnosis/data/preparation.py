@@ -3,6 +3,9 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+from numpy.typing import NDArray
+
 from sym2real.dataset import Dataset, Logs, logs_in
 from sym2real.diagnosis.data.start import ROWS
 from sym2real.effects.along_logs import in_columns_of
@@ -12,6 +15,7 @@ from sym2real.logs.equal_steps import equal_steps
 from sym2real.protocols import DynamicsModel
 from sym2real.symbolic import Equations, equations_of
 from sym2real.trajectory import Trajectory, require_finite
+from sym2real.vocabulary import AT_A_STOP
 
 
 def present(data: Dataset, columns: Sequence[str]) -> tuple[str, ...]:
@@ -48,6 +52,13 @@ def long_enough(data: Logs, model: Equations | DynamicsModel | None = None) -> D
         note = f"{LEFT_OUT}: {rows_of(short)}, where more than {ROWS} are needed"
         kept[0] = replace(kept[0], notes=(*kept[0].notes, note))
     return Dataset(kept)
+
+
+def without_stops(log: Trajectory, rows: NDArray[np.int64], length: int) -> NDArray[np.int64]:
+    """Those of the rows from which on no joint is at an end stop for so many; all of a log that has none."""
+    met = np.cumsum(np.concatenate([[0.0], log.extra.get(AT_A_STOP, np.zeros(len(log)))]))
+    free = rows[met[rows + length] == met[rows]]
+    return free if len(free) else rows
 
 
 def rows_of(logs: list[Trajectory]) -> str:

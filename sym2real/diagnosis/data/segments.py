@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.data.preparation import rows_of
+from sym2real.diagnosis.data.preparation import rows_of, without_stops
 from sym2real.diagnosis.data.start import ROWS, start_states
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.errors import ShapeError
@@ -120,7 +120,8 @@ def cut(data: Dataset, fields: Collection[str] | None = None) -> Segments:
     """
     length = segment_length(data.layouts.state, data.dt)
     first = SETTLING + WARM_UP
-    starts = [(log, row) for log, own in enumerate(data) for row in range(first, len(own) - length, length)]
+    rows = (without_stops(own, np.arange(first, len(own) - length, length), length) for own in data)
+    starts = [(log, row) for log, own in enumerate(rows) for row in own.tolist()]
     steps = (np.diff(data[log].state[row : row + length], axis=0) for log, row in starts)
     moving = [at for at, step in zip(starts, steps, strict=True) if (step == 0).all(axis=1).mean() <= SETTINGS.frozen]
     if not moving:

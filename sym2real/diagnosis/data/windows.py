@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from sym2real.dataset import Dataset, logs_in
+from sym2real.diagnosis.data.preparation import without_stops
 from sym2real.diagnosis.data.start import ROWS, Start, start_states
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects.along_logs import predicted_from, prepared
@@ -129,7 +130,7 @@ def predict_windows(
         ShapeError: when the log is too short for one window.
     """
     stride = stride or stride_of(trajectory.dt)
-    rows = np.arange(ROWS - 1, len(trajectory) - steps, stride)
+    rows = without_stops(trajectory, np.arange(ROWS - 1, len(trajectory) - steps, stride), steps + 1)
     if not len(rows):
         raise ShapeError(
             f"trajectory {trajectory.name!r} has {len(trajectory)} rows; "

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from sym2real.dataset import Dataset
+from sym2real.diagnosis.data.preparation import without_stops
 from sym2real.diagnosis.data.segments import WARM_UP, Segments, number_in_log, segments_at
 from sym2real.diagnosis.data.start import ROWS
 from sym2real.diagnosis.data.windows import channel_units, finite_errors, horizons_in_rows, judged, stride_of
@@ -94,6 +95,7 @@ def windows_of(data: Dataset, steps: int, after: float = 0.0, fields: Collection
         fields: what is compared; all by default.
     """
     rows = [np.arange(_first_start(len(log), after), len(log) - steps, stride_of(data.dt)) for log in data]
+    rows = [without_stops(own, starts, steps + 1) for own, starts in zip(data, rows, strict=True)]
     log, row = np.repeat(np.arange(len(data)), [len(own) for own in rows]), np.concatenate(rows)
     return segments_at(data, log, row, steps + 1, fields)
 

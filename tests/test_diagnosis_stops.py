@@ -13,6 +13,7 @@ from sym2real.diagnosis import compare, diagnose
 from sym2real.diagnosis.data.segments import cut
 from sym2real.diagnosis.faults.sanity import check
 from sym2real.robots import Robot
+from sym2real.robots.left_out import with_stops_marked
 from sym2real.trajectory import Trajectory
 from sym2real.vocabulary import AT_A_STOP
 
@@ -41,6 +42,12 @@ def test_pieces_at_an_end_stop_are_in_no_fit() -> None:
     for number, first in zip(segments.log, segments.row, strict=True):
         assert not met[number][first : first + segments.length].any()
     assert len(segments) < len(cut(logs()))
+
+
+def test_an_end_that_a_joint_goes_beyond_is_none() -> None:
+    """The ends of many files are rough."""
+    beyond = Dataset(log.with_columns({"q2": 1.3 * log.column("q2")}) for log in logs())
+    assert not any(AT_A_STOP in log.extra for log in with_stops_marked(LINKS.nominal(), beyond))
 
 
 def test_a_log_that_is_always_at_a_stop_is_judged_as_it_is() -> None:

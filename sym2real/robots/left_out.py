@@ -12,13 +12,14 @@ from sym2real.dataset import Dataset
 from sym2real.robots import mjcf_columns as columns
 from sym2real.robots.own import robot_of
 from sym2real.symbolic import Equations
-from sym2real.trajectory import Trajectory
 from sym2real.vocabulary import AT_A_STOP
 
 CONTACTS, STOPS = "contacts are not in the equations", "end stops of joints are not in the equations"
 REACHED = "the logs reach what is not in the equations: end stops of"
 MOST = 3  # that are named
-NEAR = 0.01  # part of a joint's range within which it is at its end
+# Parts of a joint's range within which it is at an end, and by which it goes beyond one that is not there: the ends of
+# many files are rough, and MuJoCo's give.
+NEAR, BEYOND = 0.01, 0.1
 
 
 def left_out_of(model: mujoco.MjModel) -> tuple[str, ...]:
@@ -42,27 +43,31 @@ def left_out_notes(model: Equations | None, data: Dataset) -> list[str]:
     if model is None:
         return []
     notes = [note for note in model.notes if note.startswith(CONTACTS)]
-    met = dict.fromkeys(column for log in data for column, rows in _at_stops(model, log).items() if rows.any())
+    met = [column for column, rows in _at_stops(model, data).items() if any(own.any() for own in rows)]
     left_out = "; pieces with them are left out" if any(AT_A_STOP in log.extra for log in data) else ""
     return [*notes, *([f"{REACHED} {', '.join(met)}{left_out}"] if met else [])]
 
 
 def with_stops_marked(model: Equations, data: Dataset) -> Dataset:
     """The logs with the column :data:`AT_A_STOP` where joints reach ends that the equations do not have."""
-    met = [(log, np.any([*_at_stops(model, log).values()], axis=0)) for log in data]
-    return Dataset(
-        replace(log, extra={**log.extra, AT_A_STOP: rows.astype(float)}) if rows.any() else log for log, rows in met
-    )
+    met = [np.any(rows, axis=0) for rows in zip(*_at_stops(model, data).values(), strict=True)]
+    if not any(rows.any() for rows in met):
+        return data
+    marked = zip(data, met, strict=True)
+    return Dataset(replace(log, extra={**log.extra, AT_A_STOP: rows.astype(float)}) for log, rows in marked)
 
 
-def _at_stops(model: Equations, log: Trajectory) -> dict[str, NDArray[np.bool_]]:
-    """Rows at which each joint is at an end that the equations do not have ``# (rows,)``."""
+def _at_stops(model: Equations, data: Dataset) -> dict[str, list[NDArray[np.bool_]]]:
+    """By joint, rows of each log at an end that the equations do not have, and no log goes beyond ``# (rows,)``."""
     robot = robot_of(model) if any(note.startswith(STOPS) for note in model.notes) else None
     met = {}
     for column, (low, high) in (robot.ranges if robot is not None else {}).items():
-        if column in log.layouts.state:
-            places, near = log.column(column), NEAR * (high - low)
-            met[column] = (places < low + near) | (places > high - near)
+        if column in data.layouts.state:
+            inside = [(log.column(column) - low) / (high - low) for log in data]  # 0 at one end, 1 at the other
+            least, most = min(map(np.min, inside)), max(map(np.max, inside))
+            met[column] = [
+                ((part < NEAR) & (least > -BEYOND)) | ((part > 1.0 - NEAR) & (most < 1.0 + BEYOND)) for part in inside
+            ]
     return met
 
 

@@ -53,7 +53,9 @@ def test_a_step_is_what_the_plant_does_from_rest(kind: str) -> None:
     state, action = torch.as_tensor(log.state[0], dtype=torch.float32), torch.as_tensor(log.action[0])
     one = model.predict(state, action)
     assert one.dtype == torch.float32
-    torch.testing.assert_close(one.double().detach(), torch.as_tensor(after[0]), atol=1e-5, rtol=0)
+    torch.testing.assert_close(one.double(), torch.as_tensor(after[0]), atol=1e-5, rtol=0)
+    assert not one.requires_grad  # what it has learned is no variable of a prediction; what is given may be
+    assert model.predict(state.requires_grad_(), action).requires_grad
     with pytest.raises(ShapeError, match="columns x y sin_yaw"):
         model.predict(log.state[0, :3], log.action[0])
 

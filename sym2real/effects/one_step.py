@@ -27,7 +27,9 @@ def predict(whole: Equations | WholeModel, state: Values, action: Values, inputs
             check_columns(name, values.shape, layout)
         model = _model_of(whole)
         precision = precision_of(model)
-        return model(*(values.to(precision) for values in given)).to(state)
+        # What a network has learned asks for no derivative of a prediction: a tensor that does says so.
+        with torch.set_grad_enabled(torch.is_grad_enabled() and any(values.requires_grad for values in given)):
+            return model(*(values.to(precision) for values in given)).to(state)
     given = [tensor_of(values) for values in (state, action)] + ([] if inputs is None else [tensor_of(inputs)])
     with torch.no_grad():
         return predict(whole, *given).numpy()

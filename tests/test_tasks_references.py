@@ -200,6 +200,11 @@ def test_a_goal_that_is_no_number_is_refused(options: dict) -> None:
         make_task("regulate", ROBOTS["crazyflie"], **options)
 
 
+def test_a_goal_beyond_an_end_stop_is_refused() -> None:
+    with pytest.raises(ShapeError, match=r"expected shoulder from .* its range, found 9"):
+        make_task("regulate", ROBOTS["arm"], goal={"shoulder": 9.0})
+
+
 def test_places_are_all_of_their_numbers() -> None:
     with pytest.raises(ShapeError, match="3 finite numbers"):
         make_task("hover", ROBOTS["crazyflie"], goal=(1.0, 2.0))

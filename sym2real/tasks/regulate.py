@@ -1,6 +1,7 @@
 """Bring a robot to a state and hold it there, whatever its joints are."""
 
 from collections.abc import Mapping
+from math import inf
 
 import numpy as np
 import torch
@@ -29,12 +30,17 @@ def regulate(
 
     Raises:
         UnknownNameError: for a column that the robot does not have.
-        ShapeError: for a goal or spread that is no finite number, a spread below 0, or a duration that is not positive.
+        ShapeError: for a goal or spread that is no finite number, a goal beyond a joint's end stop, a spread below 0,
+            or a duration that is not positive.
     """
     require_positive("regulate", duration=duration)
     layout, wanted = robot.layouts.state, robot.start.copy()
+    ends = robot.ranges if goal else {}
     for column, value in (goal or {}).items():
         wanted[layout.index(column)] = value
+        low, high = ends.get(column, (-inf, inf))
+        if value < low or value > high:
+            raise ShapeError(f"task 'regulate': expected {column} from {low:g} to {high:g}, its range, found {value:g}")
     if not (np.isfinite([spread, *wanted]).all() and spread >= 0.0):
         raise ShapeError(
             f"task 'regulate': expected finite numbers as goal, and a spread of at least 0, found {goal} and {spread}"

@@ -21,6 +21,7 @@ from sym2real.adaptation.record import Record
 from sym2real.control import RandomCommands, mppi_controller
 from sym2real.dataset import Dataset
 from sym2real.errors import ModelError
+from sym2real.layout import unit_of_place
 from sym2real.plants import MujocoPlant, random_wrench, run_episode
 from sym2real.protocols import Controller, SymbolicRegressor
 from sym2real.regression import require_dependence
@@ -242,4 +243,5 @@ class _Loop:
             prediction=one_step_error(flown_by, newest) if flown_by else float("nan"),
             fitted=fitted,
             seconds=seconds,
+            unit=unit_of_place(newest[0].layouts.state),
         )

@@ -26,11 +26,12 @@ class EpisodeReport:
         task: name of the task, "random commands" for the first.
         rows: of all its trajectories.
         crashes: how often it ended on the ground.
-        tracking: mean position error in m (of joints in their units), NaN for random commands.
+        tracking: mean position error, NaN for random commands.
         prediction: one-step error of the equations that flew it, relative to how far states move in a step
             (root mean square over state columns); NaN for the first.
         fitted: the same of the equations fitted afterwards, on all rows so far.
         seconds: time of the fit.
+        unit: of the position error: m, of joints theirs.
     """
 
     number: int
@@ -41,6 +42,7 @@ class EpisodeReport:
     prediction: float
     fitted: float
     seconds: float
+    unit: str = "m"
 
 
 def position_errors(trajectory: Trajectory) -> Array:

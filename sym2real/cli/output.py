@@ -14,7 +14,9 @@ from sym2real.files import write_text
 from sym2real.json_objects import plain
 
 if TYPE_CHECKING:
+    from sym2real.protocols import Plant
     from sym2real.report.html.page import Page
+    from sym2real.trajectory import Trajectory
 
 STANDARD_OUTPUT = Path("-")
 
@@ -33,6 +35,11 @@ def write_json(result: dict[str, Any], json_file: Path | None) -> None:
 def show_json(result: dict[str, Any]) -> None:
     """Write a verb's result to standard output."""
     put(sys.stdout, _text(result, encoding_of(sys.stdout)) + "\n")
+
+
+def crash_of(plant: Plant, log: Trajectory) -> str:
+    """When and by what an episode in a plant ended early, for a sentence."""
+    return f"crashed after {len(log) * plant.dt:g} s ({getattr(plant, 'ended_by', '') or 'no reason is known'})"
 
 
 def title_of(place: object, done: str) -> str:

@@ -50,12 +50,13 @@ def finished_line(report: adaptation.EpisodeReport | adaptation.RoundReport) -> 
     """One finished episode or round in words."""
     from sym2real.adaptation import EpisodeReport  # heavy, and loaded by whoever has a report
 
+    unit = report.unit
     if isinstance(report, EpisodeReport):
-        error = "" if report.tracking != report.tracking else f", mean position error {number(report.tracking)} m"
+        error = "" if report.tracking != report.tracking else f", mean position error {number(report.tracking)} {unit}"
         return f"episode {report.number + 1}: {report.task}, {report.rows} rows, {report.crashes} crashes{error}"
     refused = f"; what was learned is not used: {report.learned.refused}" if report.learned.refused else ""
-    error = "" if report.error != report.error else f"mean position error {number(report.error)} {report.unit}, "
-    ahead = f"prediction {report.horizon:g} s ahead {number(report.prediction)} {report.unit} off"
+    error = "" if report.error != report.error else f"mean position error {number(report.error)} {unit}, "
+    ahead = f"prediction {report.horizon:g} s ahead {number(report.prediction)} {unit} off"
     crashed = "crashed, " if report.crashed else ""
     return f"round {report.number} on {report.log}: {crashed}{error}{ahead}{refused}"
 

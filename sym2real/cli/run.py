@@ -53,6 +53,7 @@ class Run:
         """Fly, print the figures, write the log."""
         from sym2real.cli.chosen import chosen_task
         from sym2real.cli.model import open_with_progress
+        from sym2real.cli.output import crash_of
         from sym2real.cli.progress import steps_progress
         from sym2real.control import mppi_controller
         from sym2real.experiments.flying import fly
@@ -73,8 +74,8 @@ class Run:
         with steps_progress(f"{self.task} with {controller.samples} samples", steps) as on_step:
             flight = fly(plant, controller, task, seconds=self.seconds, seed=self.seed, on_step=on_step, name=self.task)
         console.print(flight_table([flight], self.plant if self.plant in PLAIN else f"simulator of {self.plant}"))
-        if flight.crashed and (why := getattr(plant, "ended_by", "")):
-            console.print(f"crashed after {len(flight.trajectory) * robot.dt:g} s: {why}", markup=False)
+        if flight.crashed:
+            console.print(crash_of(plant, flight.trajectory), markup=False)
         name = flight.trajectory.name
         judged = ("tracking", "final", "crashed", "act_median", "act_p99")
         result = {"task": name, **{part: getattr(flight, part) for part in judged}, "samples": controller.samples}

@@ -63,6 +63,7 @@ class Simulate:
 
         from sym2real.adaptation import tracking_error
         from sym2real.cli.chosen import chosen_task
+        from sym2real.cli.output import crash_of
         from sym2real.control import RandomCommands, geometric_controller
         from sym2real.experiments.excitation import dithered
         from sym2real.layout import unit_of_place
@@ -84,7 +85,7 @@ class Simulate:
         write_log(trajectory, self.out)
         error = tracking_error(trajectory)
         crashed = len(trajectory) < steps
-        ended = f"crashed after {len(trajectory) * robot.dt:g} s ({plant.ended_by}), " if crashed else ""
+        ended = f"{crash_of(plant, trajectory)}, " if crashed else ""
         unit = unit_of_place(robot.layouts.state)
         names = ", ".join(change.name for change in plant.changes) or "the plain simulator"
         console.print(

@@ -19,14 +19,13 @@ from sym2real.effects.body import Body
 from sym2real.effects.kind import NOT_NEGATIVE, POSITIVE, Kind, Numbers, Parameter, Values, several
 from sym2real.effects.searching import Searching
 from sym2real.effects.terms import raised
-from sym2real.effects.wrench import INERTIA, altered, apply_joint_force, inertia
+from sym2real.effects.wrench import INERTIA, altered, apply_joint_force, inertia, strength
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.dry_friction import USUAL_DECELERATION
 from sym2real.vocabulary import quantity_of, rate_column
 
 _of_joint = partial(Kind, stage="wrench", robot="robot with joints", columns="joint", numbers=(INERTIA,))
 
-STRENGTH = "{column}_strength"
 DRIVEN = "the offset of the joint's actuator stands for it"
 MOST = 1000.0  # times in a turn, or rad a metre, that are likely
 
@@ -68,7 +67,7 @@ JOINT_DRAG = _of_joint(
 def _forces(body: Body, *names: str) -> tuple[Parameter, ...]:
     """Forces or torques along a joint, of either sign."""
     scale = USUAL_DECELERATION * inertia(body)
-    most = max(30 * scale, body.numbers.get(STRENGTH.format(column=body.column), 0.0))
+    most = max(30 * scale, strength(body))
     return several(names, "N m" if body.unit == "rad" else "N", null=0.0, low=-most, high=most, scale=scale)
 
 
@@ -87,7 +86,7 @@ JOINT_BIAS = _of_joint(
     inject=truth.with_force(_pull),
     substitute=lambda equations, values, body: apply_joint_force(equations, body, values["value"]),
     needs=(rate_column("{column}"),),
-    searching=Searching(why_not=lambda body: DRIVEN if body.numbers.get(STRENGTH.format(column=body.column)) else ""),
+    searching=Searching(why_not=lambda body: DRIVEN if strength(body) else ""),
 )
 
 

@@ -42,7 +42,7 @@ from sym2real.effects.kind import (
 )
 from sym2real.effects.searching import Searching
 from sym2real.effects.terms import raised
-from sym2real.effects.wrench import ALONE, INERTIA, altered, inertia, multiplying
+from sym2real.effects.wrench import ALONE, INERTIA, altered, inertia, multiplying, strength
 from sym2real.inertias import write_inertia
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.dry_friction import USUAL_DECELERATION, dry_friction
@@ -111,15 +111,14 @@ LESS = (0.5, 0.9)  # of a description's own friction
 def _joint_friction_parameters(body: Body) -> tuple[Parameter, ...]:
     scale = USUAL_DECELERATION * inertia(body)
     # A gear's may be large beside what a light link weighs, and not beside what drives it.
-    most = max(30 * scale, body.numbers.get(f"{body.column}_strength", 0.0))
+    most = max(30 * scale, strength(body))
     return _added(body, FRICTION, "N m" if body.unit == "rad" else "N", most, scale)
 
 
 def _starts(body: Body, _values: Array) -> tuple[float, ...]:
     """A step from no friction finds a damping; from all of what a description has, that it slides."""
-    numbers, column = body.numbers, body.column
-    strength, described = numbers.get(f"{column}_strength", 0.0), numbers.get(FRICTION.format(column=column), 0.0)
-    more = tuple(share * strength for share in STARTS if strength > 0)
+    most, described = strength(body), body.numbers.get(FRICTION.format(column=body.column), 0.0)
+    more = tuple(share * most for share in STARTS if most > 0)
     return (*more, *(-share * described for share in LESS if described > 0))
 
 

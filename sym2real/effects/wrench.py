@@ -138,6 +138,11 @@ def inertia(body: Body) -> float:
     return body.numbers.get(INERTIA.format(column=body.column), 1.0)
 
 
+def strength(body: Body) -> float:
+    """Largest force of the bound joint's actuators, N or N m; none where it has no actuator."""
+    return body.numbers.get(f"{body.column}_strength", 0.0)
+
+
 def altered(equations: Equations, body: Body, kind: MechanicalQuantity, value: Expr, force: Expr) -> Equations:
     """The equations with more of what the bound joint has, or with its force along the joint where they lack it."""
     if (quantity := quantity_of(kind, body.column)) in equations.quantities:

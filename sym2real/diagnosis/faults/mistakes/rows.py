@@ -122,9 +122,9 @@ def _all_that_repeats(data: Dataset) -> BadRows | None:
 
 
 def _repeated(data: Dataset, columns: Sequence[str]) -> BadRows | None:
-    rows, caught_up = [], []
+    places, rows, caught_up = data.layouts.state.indices(columns), [], []
     for log in data:
-        change = np.linalg.norm(np.diff(log.state[:, data.layouts.state.indices(columns)], axis=0), axis=1)
+        change = np.linalg.norm(np.diff(log.state[:, places], axis=0), axis=1)
         stale = np.concatenate([[False], change == 0.0])
         rows.append(stale)
         fresh = ~stale[1:] & ~stale[:-1]
@@ -160,7 +160,8 @@ def _standing(data: Dataset) -> BadRows | None:
 
 def _jumping(data: Dataset, columns: tuple[str, ...], model: Equations | None) -> BadRows | None:
     layout = data.layouts.state
-    changes = [np.diff(log.state[:, layout.indices(columns)], axis=0) for log in data]
+    places = layout.indices(columns)
+    changes = [np.diff(log.state[:, places], axis=0) for log in data]
     usual = [median_filter(change, (5, 1), mode="nearest") for change in changes]
     sizes = [np.linalg.norm(change - around, axis=1) for change, around in zip(changes, usual, strict=True)]
     every = np.concatenate(sizes)

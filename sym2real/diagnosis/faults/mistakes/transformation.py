@@ -74,7 +74,8 @@ class Exchanged:
 
     def fix(self, read: AsRead) -> str:
         """What to change, in the columns and axes of the log."""
-        pairs = [held for held in self._held if held[0] in read.logged(self.columns)]
+        logged = read.logged(self.columns)
+        pairs = [held for held in self._held if held[0] in logged]
         reads = [f"{other} read {read.column(own)}" for own, other, _ in pairs if own != other]
         flips = [read.column(own) for own, other, sign in pairs if sign * read.sign(own) * read.sign(other) < 0]
         if not reads and not flips and {*self.columns} == {*HEADING.columns}:

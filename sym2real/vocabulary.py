@@ -41,6 +41,7 @@ VOCABULARY: tuple[tuple[Group, Field], ...] = (
     *(("action", field) for field in (STEERING, SPEED, ACCELERATION)),
     *(("inputs", field) for field in (FORCE, TORQUE, BATTERY, CLOCK)),
 )
+WHOLE_TURNS = "by whole turns"  # what a note on a joint's angle says that was changed so
 # Beyond these sizes, a turn and a reach of robots on tables and wheels, a coordinate of a joint is in another unit.
 LARGEST_PLACE = {"rad": 2.0 * pi, "m": 5.0}
 # Quantities of equations that effects change: gravity in m/s², world axes.

@@ -1,5 +1,6 @@
 """Inspection for a robot's own joints: what names and slopes say is proposed, what they do not say is left open."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +18,10 @@ from sym2real.errors import DataError
 from sym2real.field import Field
 from sym2real.layout import Layout, Layouts
 from sym2real.logs import LogSpec, inspect_logs, read_logs
+from sym2real.logs.dropouts import lost_in_reading
 from sym2real.logs.joint_names import match_own
 from sym2real.robots import ROBOTS, Robot
+from sym2real.robots.reach import in_reach
 from sym2real.trajectory import Array, Trajectory
 
 LINKS = Robot.from_mjcf(two_links.MJCF, name="links", dt=two_links.STEP)
@@ -192,6 +195,18 @@ def test_joints_far_outside_their_range_are_refused_before_anything_is_said_of_e
     log = Trajectory.from_arrays(np.radians(counts), rows[:, 5:7], LAYOUTS, dt=two_links.STEP, name="servo")
     with pytest.raises(DataError, match=r"servo, column 'q1': expected a joint in its range of -2\.5 to 2\.5 rad"):
         diagnose(LINKS.nominal(), Dataset([log]))
+
+
+@pytest.mark.parametrize("turns", [-2, 1])
+def test_a_joint_that_lies_whole_turns_beside_its_range_is_put_back(turns: int) -> None:
+    rows = two_links.swings(seconds=4.0)
+    log = Trajectory.from_arrays(rows[:, 1:5], rows[:, 5:7], LAYOUTS, dt=two_links.STEP, name="encoder")
+    beside = replace(log, state=log.state + 2.0 * np.pi * turns * np.array([0.0, 1.0, 0.0, 0.0]))
+    (back,) = in_reach(LINKS, Dataset([beside]))
+    np.testing.assert_allclose(back.state, log.state, atol=1e-12)
+    assert lost_in_reading([back]) == ["encoder: q2 is put into its range by whole turns"]
+    (same,) = in_reach(LINKS, Dataset([log]))
+    assert same is log
 
 
 def test_ranges_are_those_of_the_file() -> None:

@@ -11,6 +11,7 @@ from sym2real.logs.derive import in_force
 from sym2real.logs.missing import listed
 from sym2real.logs.table import Table
 from sym2real.trajectory import Array, Trajectory
+from sym2real.vocabulary import WHOLE_TURNS
 
 # A column is slower than the others where so much of its numbers stand alone: no log is cut down to their rows.
 ALONE = 0.5
@@ -18,12 +19,12 @@ NAMED = 3  # stretches of rows that a note lists
 # Rows between new positions from which on these are a slower sensor's, how many steps tell, and what part of them must.
 SLOWEST, FEWEST_STEPS, MOSTLY = 3, 10, 0.9
 LEFT_OUT, CUT = "rows left out", "cut at a gap of the stamps"
-UNWRAPPED = "is unwrapped: it jumps by whole turns"
+UNWRAPPED = f"is unwrapped: it jumps {WHOLE_TURNS}"
 
 
 def is_unasked(note: str) -> bool:
     """Whether a trajectory's note says that rows are missing from it, or were changed though nobody asked."""
-    return LEFT_OUT in note or note.startswith(CUT) or UNWRAPPED in note
+    return LEFT_OUT in note or note.startswith(CUT) or WHOLE_TURNS in note
 
 
 def lost_in_reading(logs: Iterable[Trajectory]) -> list[str]:

@@ -32,7 +32,7 @@ from sym2real.logs.dropouts import lost_in_reading
 from sym2real.logs.sources import AsRead
 from sym2real.robots.left_out import with_stops_marked
 from sym2real.robots.own import robot_of
-from sym2real.robots.reach import notes_on_commands, require_reach
+from sym2real.robots.reach import in_reach, notes_on_commands
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Trajectory
 
@@ -100,7 +100,7 @@ def _checked(model: Equations | None, logs: tuple[Trajectory, ...]) -> Checked:
         faults, data = settle(data)
         all_faults += faults
     robot = None if model is None else robot_of(model)
-    require_reach(robot, data)
+    data = in_reach(robot, data)
     data = rates_on_time(data if sensors is None else through(sensors.measured, data))
     data = data if model is None else with_stops_marked(model, data)
     played = data if model is None else with_lost_commands(model, data)

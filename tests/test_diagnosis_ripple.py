@@ -10,11 +10,13 @@ import two_links
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import diagnose
+from sym2real.diagnosis.estimate.ripple import slowest_count
 from sym2real.effects import effect
 from sym2real.experiments.noisy_runs import noisy_runs
 from sym2real.plants import MujocoPlant
 from sym2real.robots import Robot
 from sym2real.tasks import make_task
+from sym2real.trajectory import Trajectory
 
 LINKS = Robot.from_mjcf(two_links.MJCF, name="links", dt=0.02)
 INERTIA = 0.02  # kg m²
@@ -52,6 +54,19 @@ def test_where_nothing_repeats_no_count_competes() -> None:
     found = diagnose(LINKS.nominal(), logs())
     assert (found.verdict, found.findings) == ("NOTHING_MISSING", ())
     assert {own.effect for own in found.not_tried} >= {RIPPLE, "torque_ripple:q2"}
+
+
+def test_a_spring_that_hardens_repeats_nothing() -> None:
+    """MuJoCo's own third coefficient; the joint passes less than two periods of what comes near it."""
+    hardening = two_links.MJCF.replace('name="q1" axis', 'name="q1" stiffness="0 0 3" axis')
+    rows = [two_links.swings(mjcf=hardening, seed=seed) for seed in range(3)]
+    robot = Robot.from_mjcf(two_links.MJCF, name="links", dt=two_links.STEP)
+    data = Dataset(Trajectory.from_arrays(own[:, 1:5], own[:, 5:7], robot.layouts, dt=two_links.STEP) for own in rows)
+    found = diagnose(robot.nominal(), data)
+    assert found.verdict == "UNEXPLAINED"
+    assert RIPPLE not in {finding.effect for finding in found.findings}
+    assert "q1_push that depends on q1" in found.summary
+    assert slowest_count(data, "q1") * np.ptp(np.concatenate([own[:, 1] for own in rows])) == pytest.approx(4 * np.pi)
 
 
 def test_a_ripple_does_as_much_work_one_way_as_it_takes_the_other() -> None:

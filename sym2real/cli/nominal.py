@@ -130,7 +130,8 @@ class NominalQuadrotor(OfLogs):
         if self.fit_thrust is None:
             if not self._rotors:
                 return None, dt
-            console.print("motors hover at command 0.5: fit the thrust per unit (--fit-thrust)", markup=False)
+            if self.interface == "motors":
+                console.print("motors hover at command 0.5: fit the thrust per unit (--fit-thrust)", markup=False)
             return Motors(thrust=GRAVITY * mass / 2.0, **self._rotors), dt
         fit = thrust_of_log(self.fit_thrust, naming, asked, self.motor_unit)
         thrust = fit.per_mass * mass

@@ -24,9 +24,10 @@ def summary(answer: Verdict, parts: Parts, interrupted: str = "") -> str:
         interrupted: what was, search or scoring, if anything.
     """
     findings, leftovers, gate = parts.findings, parts.leftovers, parts.gate
-    left = [f"{statement(leftover)} ({measure(leftover)})" for leftover in leftovers if leftover.matters]
-    rest = [f"{statement(leftover)} is left ({measure(leftover)})" for leftover in leftovers]
-    minor = [words for words, leftover in zip(rest, leftovers, strict=True) if not leftover.matters]
+    # What is too small to matter stands below the answer alone.
+    mattering = [(statement(leftover), measure(leftover)) for leftover in leftovers if leftover.matters]
+    left = [f"{what} ({much})" for what, much in mattering]
+    rest = [f"{what} is left ({much})" for what, much in mattering]
     doubt = [_doubt(parts)] if left and findings else []
     clauses = ["the data show " + ", ".join(fault.name for fault in parts.faults)] if parts.faults else []
     if answer == "EFFECT":
@@ -43,7 +44,7 @@ def summary(answer: Verdict, parts: Parts, interrupted: str = "") -> str:
     elif answer == "UNEXPLAINED":
         alike = " in all of the logs alike" if any(leftover.instead for leftover in leftovers) else ""
         clauses.append(f"something is missing that none of the tested effects explains{alike}: {' and '.join(left)}")
-        clauses += [*_beside(findings, gate, leftovers), *minor]
+        clauses += _beside(findings, gate, leftovers)
     elif answer == "NOTHING_MISSING":
         clauses += [_nothing(parts), *rest, *_small(findings)]
     elif parts.suspects:

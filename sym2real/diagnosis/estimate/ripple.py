@@ -10,29 +10,35 @@ from math import log, pi
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from scipy.signal import argrelmax
+from scipy.signal import find_peaks
 from torch import Tensor
 
-from sym2real.diagnosis.estimate.swing import AT_A_TIME, FASTEST, OVERSAMPLED, PERIODS
+from sym2real.dataset import Dataset
+from sym2real.diagnosis.estimate.swing import AT_A_TIME, FASTEST, OVERSAMPLED
 from sym2real.diagnosis.estimate.whitening import PIECES, Whitened
 from sym2real.diagnosis.predict.candidate import Counts
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.least_squares import solve
 from sym2real.vocabulary import push_column
 
-MOST_PEAKS = 4  # that a search tries
+PERIODS, MOST_PEAKS = 2.0, 4  # that logs must pass, so that something repeats at all; that a search tries
 
 
 def find_counts(whitened: Whitened) -> Counts:
     """By effect that repeats along a joint, the counts that the residuals ask for beyond chance, if any."""
     effects, names = whitened.problem.library.effects, whitened.spread.names
     own = {key: known.column for key, known in effects.items() if known.searching.repeats}
-    found = {key: _peaks(whitened, joint) for key, joint in own.items() if push_column(joint) in names}
-    return {key: counts for key, counts in found.items() if counts}
+    pushed = {key: joint for key, joint in own.items() if push_column(joint) in names}
+    return {key: counts for key, joint in pushed.items() if (counts := _peaks(whitened, joint))}
+
+
+def slowest_count(data: Dataset, joint: str) -> float:
+    """The least count, in 1/rad or 1/m, of which logs pass so many periods that they show that it repeats."""
+    return 2 * pi * PERIODS / max(float(np.ptp(np.concatenate([log.column(joint) for log in data]))), 1e-12)
 
 
 def _peaks(whitened: Whitened, joint: str) -> tuple[float, ...]:
-    """The likeliest counts of one joint, in 1/rad or 1/m; none where chance makes as much of all that were looked at.
+    """The likeliest counts of one joint, in 1/rad or 1/m: those of which chance makes less of all that were looked at.
 
     What else is missing moves peaks, so that the likeliest may be another one in the end.
     """
@@ -43,16 +49,14 @@ def _peaks(whitened: Whitened, joint: str) -> tuple[float, ...]:
     path = torch.as_tensor(np.stack([problem.data[which].column(joint)[own] for which, own in rows]))  # (S, N - 1)
     edges = segments.edges(PIECES)
     passed = float((path[:, edges[1:] - 1] - path[:, edges[:-1]]).abs().median())  # within a piece
-    reach = float(path.max() - path.min())
-    grid = np.arange(PERIODS / reach, FASTEST / passed, 1 / reach / OVERSAMPLED) if passed else np.zeros(0)
-    if not len(grid):
-        return ()
+    slowest = slowest_count(problem.data, joint) / (2 * pi)
+    grid = np.arange(slowest, FASTEST / passed, slowest / PERIODS / OVERSAMPLED) if passed else np.zeros(0)
     counts = torch.as_tensor(2 * pi * grid)
     falls = torch.cat([_falls(products, path, edges, some) for some in counts.split(AT_A_TIME)])
-    beyond_chance = float(falls.max()) > 2 * log(len(falls) / SETTINGS.false_alarms)
-    peaks = argrelmax(np.pad(falls.numpy(), 1))[0] - 1
-    highest = peaks[np.argsort(-falls.numpy()[peaks])][:MOST_PEAKS]
-    return tuple(counts[highest].tolist()) if beyond_chance else ()
+    chance = 2 * log(max(len(grid), 1) / SETTINGS.false_alarms)
+    peaks, found = find_peaks(np.pad(falls.numpy(), 1), height=0.0)
+    highest = peaks[np.argsort(-found["peak_heights"])][:MOST_PEAKS] - 1
+    return tuple(counts[highest].tolist()) if (falls > chance).any() else ()
 
 
 def _falls(products: Tensor, path: Tensor, edges: NDArray[np.int64], counts: Tensor) -> Tensor:

@@ -8,6 +8,7 @@ import torch
 from torch import Tensor
 
 from sym2real.diagnosis.estimate.fit import Fit, Free, Hypothesis, Problems
+from sym2real.diagnosis.estimate.ripple import slowest_count
 from sym2real.diagnosis.estimate.significance import beyond_chance, half_widths, standard_error
 from sym2real.diagnosis.predict.candidate import Candidate
 from sym2real.diagnosis.settings import SETTINGS
@@ -246,15 +247,18 @@ class Selection:
     def at_bound(self, fit: Fit, candidate: Candidate) -> bool:
         """Whether a fit has driven a parameter to the end of what is likely, which is not where the effect is none.
 
-        A share that goes with another parameter ends where it must, at nothing and all.
+        A share that goes with another parameter ends where it must, at nothing and all. What repeats along a joint ends
+        where too few of its periods are passed.
         """
-        library = self.problems.problem.library
+        problem, library = self.problems.problem, self.problems.problem.library
+        own, first = library.effects[candidate.name], float(fit.values[candidate.free[0]])
+        too_few = own.searching.repeats and first < slowest_count(problem.data, own.column)
         slots = [slot for slot in candidate.slots if library.slots[slot].parameter.acts_alone]
         values, near = fit.values[slots], AT_BOUND * library.scale[slots]
         low, high = ((values - bound[slots]).abs() <= near for bound in library.bounds)
         unlikely = torch.tensor([not library.slots[slot].parameter.low_is_likely for slot in slots], dtype=torch.bool)
         elsewhere = (values - library.null[slots]).abs() > near
-        return bool(((low & unlikely | high) & elsewhere).any())
+        return too_few or bool(((low & unlikely | high) & elsewhere).any())
 
     def driven_to_bounds(self) -> list[str]:
         """Effects that would make the set surely cheaper, were they not at the end of what is likely."""

@@ -42,6 +42,8 @@ VOCABULARY: tuple[tuple[Group, Field], ...] = (
     *(("inputs", field) for field in (FORCE, TORQUE, BATTERY, CLOCK)),
 )
 WHOLE_TURNS = "by whole turns"  # what a note on a joint's angle says that was changed so
+# Bounds and null of what is not limited; finite, so that it can be a parameter's value and stand in a file.
+UNLIMITED = 1e15
 # Beyond these sizes, a turn and a reach of robots on tables and wheels, a coordinate of a joint is in another unit.
 LARGEST_PLACE = {"rad": 2.0 * pi, "m": 5.0}
 # Quantities of equations that effects change: gravity in m/s², world axes.
@@ -72,6 +74,7 @@ MechanicalQuantity = Literal[
     "link_inertia",
     "link_length",
     "servo_gain",
+    "servo_limit",
     "load",
 ]
 
@@ -114,6 +117,16 @@ def wheel_lever(wheel: str) -> str:
     return f"{wheel}_lever"
 
 
+def wheel_grip(wheel: str) -> str:
+    """Largest torque that the floor holds a rolling wheel by, N m."""
+    return f"{wheel}_grip"
+
+
+def wheel_load(wheel: str) -> str:
+    """Number of a robot on wheels: what presses a wheel on the floor, N."""
+    return f"{wheel}_load"
+
+
 def quantity_of(kind: MechanicalQuantity, place: str) -> str:
     """Quantity of equations from an MJCF that effects change.
 
@@ -122,7 +135,8 @@ def quantity_of(kind: MechanicalQuantity, place: str) -> str:
             N s/m), "drag" (N m s² or N s²/m²), dry "friction" (N m or N), "stiffness" (N m/rad or N/m), how many times
             its mass in the description the link behind it weighs ("link_mass"), as far as which from its hinge its
             centre lies ("link_centre") and the next joints do ("link_length"), how hard it is to turn about its centre
-            ("link_inertia"), or its servo's gain ("servo_gain"); of a site the mass that hangs there ("load", kg).
+            ("link_inertia"), its servo's gain ("servo_gain") or largest force ("servo_limit", N m or N); of a site the
+            mass that hangs there ("load", kg).
         place: name of the joint or site.
     """
     return f"{kind}_{place}"

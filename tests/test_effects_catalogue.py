@@ -31,11 +31,11 @@ CAR = {
 }
 BOTH = {"wind", "linear_drag", "quadratic_drag", "periodic_force", "yaw_bias", "lever_arm"}
 MOTORS_ONLY, ATTITUDE_ONLY = {"torque_scale"}, {"attitude_loop", "attitude_trim", "attitude_gain"}
-WHEELS_ONLY = {"turning_friction", "wheel_radius", "track_width", "carried_mass"}
+WHEELS_ONLY = {"turning_friction", "wheel_radius", "track_width", "wheel_grip", "carried_mass"}
 JOINTS = {
     *("joint_damping", "joint_friction", "joint_stiffness", "armature", "link_mass"),
     *("servo_gain", "gravity_tilt", "load", "link_centre", "link_inertia", "link_length"),
-    *("joint_drag", "joint_bias", "torque_ripple"),
+    *("joint_drag", "joint_bias", "torque_ripple", "servo_limit"),
 }
 OWN = {"parameter"}  # of equations with named parameters, which the package's robots do not have
 SENSOR = {"sensor_sign", "sensor_bias", "sensor_scale", "sensor_lag", "time_shift"}

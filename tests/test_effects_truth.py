@@ -81,6 +81,7 @@ def test_every_effect_is_held_against_the_simulator() -> None:
         "turning_friction",
         "wheel_radius",
         "track_width",
+        "wheel_grip",
         "carried_mass",
     }
 

@@ -34,6 +34,7 @@ HIDDEN = [
     ("turning_friction", {"value": 0.05}, set()),
     ("wheel_radius", {"value": 0.95}, set()),
     ("track_width", {"value": 1.05}, set()),
+    ("wheel_grip", {"value": 0.1}, set()),
     ("carried_mass", {"mass": 1.0, "moment": -0.03, "inertia": 0.02}, set()),
     ("delay", {"value": 0.04}, set()),
 ]
@@ -115,6 +116,7 @@ def test_effects_are_the_robots_where_the_scene_has_bodies_before_it(base: Equat
         ("wheel_radius", {"value": 0.9}),
         ("wheel_radius:left_wheel", {"value": 1.1}),
         ("track_width", {"value": 0.9}),
+        ("servo_limit:left_wheel", {"value": 0.05}),
         ("carried_mass", {"mass": 2.0, "moment": -0.1, "inertia": 0.05}),
         ("linear_drag", {"cx": 10.0}),
         ("wind", {"fx": 5.0, "fy": -3.0}),
@@ -127,6 +129,24 @@ def test_an_effect_in_the_equations_is_the_effect_in_the_simulator(
     plant = MujocoPlant(DRIVE, (effect(key, DRIVE).inject(**values),))
     (without, _), (left, _) = missed(base, plant), missed(effect(key, base).substitute(base, values), plant)
     assert np.linalg.norm(left[4:]) < 0.25 * np.linalg.norm(without[4:])
+
+
+@pytest.mark.parametrize("ahead", [1.0, -1.0])
+def test_wheels_that_spin_and_lock_move_the_robot_by_what_the_floor_holds(ahead: float, base: Equations) -> None:
+    """MuJoCo's own friction cone, on a start and a stop beyond it: no more than μ times the wheels' load."""
+    grip = 0.1
+    plant = MujocoPlant(DRIVE, (effect("wheel_grip", DRIVE).inject(value=grip),))
+    spinning = compile_model(effect("wheel_grip", base).substitute(base, {"value": grip}), dtype=torch.float64)
+    rolling = compile_model(base, dtype=torch.float64)
+    state = plant.reset(DRIVE.start)
+    spun = rolled = torch.as_tensor(state)
+    for step in range(40):
+        action = ahead * np.array([15.0, 15.0]) * (step < 20)
+        state = plant.step(action)
+        given = torch.as_tensor(action), torch.zeros(5).double()
+        spun, rolled = spinning(spun, *given), rolling(rolled, *given)
+        assert abs(float(spun[4]) - state[4]) < 0.03
+    assert abs(float(spun[0]) - state[0]) < 0.15 * abs(float(rolled[0]) - state[0])
 
 
 def test_wide_wheels_roll_about_their_middle_and_brake_a_turn(tmp_path: Path) -> None:

@@ -343,6 +343,7 @@ def test_a_servo_with_a_gear_reaches_the_ends_of_its_joint() -> None:
         ("arm", "link_inertia:shoulder", {"value": 2.0}),
         ("arm", "link_length:shoulder", {"value": 1.3}),
         ("arm", "servo_gain:waist", {"value": 0.6}),
+        ("arm", "servo_limit:waist", {"value": 2.0}),
         ("arm", "gravity_tilt", {"roll": 0.2, "pitch": -0.1}),
         ("arm", "load:grip", {"value": 0.4}),
         ("arm", "gain:pull", {"value": 0.6}),

@@ -9,11 +9,12 @@ from rich.console import Console
 from sym2real.cli.numbers import number_of
 from sym2real.effects import Effect, catalogue
 from sym2real.effects.body import Describable
-from sym2real.effects.kind import UNLIMITED, Parameter
+from sym2real.effects.kind import Parameter
 from sym2real.errors import ModelError, UnknownNameError
 from sym2real.robots import Robot
 from sym2real.tasks import TASKS, Task, make_task
 from sym2real.tasks.regulate import regulate
+from sym2real.vocabulary import UNLIMITED
 
 NUMBERS = (float, bool, float | None)
 

@@ -19,12 +19,13 @@ import numpy as np
 
 from sym2real.effects import steering, truth
 from sym2real.effects.body import Body
-from sym2real.effects.kind import DELAY_TIME, NOT_NEGATIVE, UNLIMITED, Kind, Numbers, Parameter, Values
+from sym2real.effects.kind import DELAY_TIME, NOT_NEGATIVE, Kind, Numbers, Parameter, Values
 from sym2real.effects.manoeuvres import EXCITED
 from sym2real.effects.memory import dead_zone, lag, play, rate_limited, shift
 from sym2real.effects.searching import Searching, Shown, alone_on, by_role, steps
 from sym2real.protocols import Change, Filter
 from sym2real.trajectory import Array
+from sym2real.vocabulary import UNLIMITED
 
 # A row's command stands for those that a faster controller sends until the next row, half a row later in the mean.
 BETWEEN_ROWS = (

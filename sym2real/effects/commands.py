@@ -21,7 +21,7 @@ from torch import Tensor
 
 from sym2real.effects import truth
 from sym2real.effects.body import Body
-from sym2real.effects.kind import UNLIMITED, Kind, Numbers, Parameter, Values, of_any_body
+from sym2real.effects.kind import Kind, Numbers, Parameter, Values, of_any_body
 from sym2real.effects.memory import Given, Memory, first_row
 from sym2real.effects.searching import Searching, Shown, alone_on, by_role
 from sym2real.effects.terms import scaled
@@ -29,6 +29,7 @@ from sym2real.layout import motors_of, turned_by_motors
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
 from sym2real.trajectory import Array, Trajectory
+from sym2real.vocabulary import UNLIMITED
 
 LEAST, MOST = 0.2, 3.0  # what is likely
 

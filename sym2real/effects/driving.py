@@ -15,6 +15,9 @@ metre.
 ``track_width``. Wheels further apart, or closer, than nominal: b → k·b, so that a difference of their rates turns less,
 or more.
 
+``wheel_grip``. Wheels that spin or lock: the floor holds each by no more than μ times its load N at rest, so that along
+its motion no more than μ N r of its torque moves the robot (Coulomb). That it then slides aside as well is left out.
+
 ``carried_mass``. A load on the chassis, or another mass than nominal: m → m + Δm, with the first moment m c_x ahead of
 the axle and the inertia J about the axle's middle, each on its own.
 
@@ -30,7 +33,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from sympy import atan, sign, tan
+from sympy import Abs, atan, sign, tan
 
 from sym2real.effects import truth
 from sym2real.effects.body import GRAVITY, Body
@@ -47,8 +50,11 @@ from sym2real.vocabulary import (
     MASS_MOMENT,
     MASS_TURNING,
     TURNING_INERTIA,
+    UNLIMITED,
     rate_per_speed,
+    wheel_grip,
     wheel_lever,
+    wheel_load,
 )
 
 _of_wheels = partial(Kind, robot="car")
@@ -173,6 +179,34 @@ TRACK_WIDTH = _of_wheels(
     substitute=lambda equations, values, body: multiplied(equations, map(wheel_lever, body.joints), values["value"]),
     needs=(DRILLING,),
     searching=Searching(shown_in=lambda _: (Shown.BOTH_WAYS,)),
+)
+
+
+def _loosen(spec: Any, body: Body, values: Numbers) -> None:
+    """Of what turns with the wheels; their own friction counts, whatever the floor's."""
+    for joint in body.joints:
+        for geom in spec.joint(joint).parent.geoms:
+            geom.friction[0], geom.priority = values["value"], 1
+
+
+WHEEL_GRIP = _of_wheels(
+    name="wheel_grip",
+    stage="loop",
+    parameters=of_any_body(Parameter("value", "1", null=UNLIMITED, low=0.0, high=3.0, scale=0.1, domain=POSITIVE)),
+    formula=r"|\tau| \le \mu\,N\,r",
+    summary="Wheels spin or lock: the floor holds each by no more than a friction coefficient times its load.",
+    confused_with="a rate limit or a lag of the wheels' commands, where few of these ask for more",
+    shown_by="steps of the wheels' commands, small and large",
+    fix="softer or wider tyres, more weight on the wheels, or commands that change more slowly",
+    inject=truth.editing(_loosen),
+    substitute=lambda equations, values, body: equations.substitute(
+        {
+            wheel_grip(wheel): values["value"] * body.number(wheel_load(wheel)) / Abs(symbol(rate_per_speed(wheel)))
+            for wheel in body.joints
+        }
+    ),
+    needs=(DRILLING,),
+    searching=Searching(from_null=False, starts=lambda _body, _values: (0.05, 0.1, 0.2, 0.4, 0.8)),
 )
 
 

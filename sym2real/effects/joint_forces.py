@@ -6,6 +6,9 @@
 
 ``torque_ripple``. The cogging of a motor's magnets, its commutation, a gear or a screw that is out of round:
 τ = a sin(n q) + b cos(n q), n times in a turn.
+
+``servo_limit``. A servo gives no more than so much force, as its current or its supply allows: |τ| ≤ τ_max. So does the
+floor under a wheel that slips: what a servo asks for beyond μ N r spins the wheel.
 """
 
 from functools import partial
@@ -17,12 +20,12 @@ from sympy import Abs, cos, sin
 from sym2real.effects import truth
 from sym2real.effects.body import Body
 from sym2real.effects.kind import NOT_NEGATIVE, POSITIVE, Kind, Numbers, Parameter, Values, several
-from sym2real.effects.searching import Searching
+from sym2real.effects.searching import LATER, Searching
 from sym2real.effects.terms import raised
 from sym2real.effects.wrench import INERTIA, altered, apply_joint_force, inertia, strength
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.dry_friction import USUAL_DECELERATION
-from sym2real.vocabulary import quantity_of, rate_column
+from sym2real.vocabulary import UNLIMITED, quantity_of, rate_column
 
 _of_joint = partial(Kind, stage="wrench", robot="robot with joints", columns="joint", numbers=(INERTIA,))
 
@@ -120,4 +123,41 @@ TORQUE_RIPPLE = _of_joint(
     substitute=_ripple_substitute,
     needs=("{column}", rate_column("{column}")),
     searching=Searching(from_null=False, repeats=True),
+)
+
+
+# Parts of what a servo asks for at its largest command, from which a search starts.
+PARTS_OF_STRENGTH = (0.05, 0.1, 0.2, 0.4, 0.8)
+
+
+def _limit_parameters(body: Body) -> tuple[Parameter, ...]:
+    most = strength(body)
+    unit = "N m" if body.unit == "rad" else "N"
+    return (Parameter("value", unit, UNLIMITED, 0.0, most, most / 10, domain=POSITIVE),)
+
+
+def _weaken(spec: Any, body: Body, values: Numbers) -> None:
+    joint = spec.joint(body.column)
+    joint.actfrclimited, joint.actfrcrange = True, [-values["value"], values["value"]]
+
+
+SERVO_LIMIT = _of_joint(
+    name="servo_limit",
+    stage="mass",
+    parameters=_limit_parameters,
+    formula=r"|\tau| \le \tau_\mathrm{max}",
+    summary="The servo of a joint, or the floor under its wheel, gives no more than so much force.",
+    confused_with="a rate limit or a lag of its command, where few of its commands ask for more",
+    shown_by="steps of the command, small and large",
+    fix="raise the servo's limit of current, or put it into the description (forcerange); more grip under a wheel",
+    inject=truth.editing(_weaken),
+    substitute=lambda equations, values, body: equations.substitute(
+        {quantity_of("servo_limit", body.column): values["value"]}
+    ),
+    needs=(quantity_of("servo_limit", "{column}"),),
+    searching=Searching(
+        why_not=lambda _: LATER,
+        from_null=False,
+        starts=lambda body, _values: tuple(part * strength(body) for part in PARTS_OF_STRENGTH),
+    ),
 )

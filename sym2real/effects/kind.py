@@ -19,9 +19,6 @@ Stage = Literal["mass", "loop", "wrench", "thrust", "filter", "command", "measur
 Values = Mapping[str, Expr]
 Numbers = Mapping[str, float]
 
-# Bounds and null of what is not limited; finite, so that it can be a parameter's value and stand in a file.
-UNLIMITED = 1e15
-
 
 @dataclass(frozen=True)
 class Domain:

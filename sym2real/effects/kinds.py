@@ -20,14 +20,14 @@ FILES = {
     "blades": ("flapping_moment", "translational_lift", "rotor_reaction"),
     "tyres": ("tyre_friction", "tyre_slip", "relaxation_length", "yaw_inertia", "understeer", "lateral_slip"),
     "driving": (
-        *("rolling_resistance", "turning_friction", "wheel_radius", "track_width", "carried_mass"),
-        *("slope", "wheelbase", "yaw_drag"),
+        *("rolling_resistance", "turning_friction", "wheel_radius", "track_width"),
+        *("wheel_grip", "carried_mass", "slope", "wheelbase", "yaw_drag"),
     ),
     "joints": (
         *("joint_damping", "joint_friction", "joint_stiffness", "armature", "link_mass"),
         *("servo_gain", "gravity_tilt", "load"),
     ),
-    "joint_forces": ("joint_drag", "joint_bias", "torque_ripple"),
+    "joint_forces": ("joint_drag", "joint_bias", "torque_ripple", "servo_limit"),
     "links": ("link_centre", "link_inertia", "link_length"),
     "forces": ("wind", "linear_drag", "quadratic_drag", "periodic_force"),
     "mountings": ("mounting_tilt", "marker_tilt", "mounting_yaw", "yaw_bias", "lever_arm"),

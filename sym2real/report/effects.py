@@ -8,9 +8,10 @@ from rich.markup import escape
 from rich.table import Table
 
 from sym2real.effects import Effect, Kind
-from sym2real.effects.kind import UNLIMITED, Parameter
+from sym2real.effects.kind import Parameter
 from sym2real.layout import Layout
 from sym2real.report.tables import table_of
+from sym2real.vocabulary import UNLIMITED
 
 
 def catalogue_table(kinds: Sequence[Kind], title: str) -> Table:

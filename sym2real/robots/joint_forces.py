@@ -8,7 +8,7 @@ import numpy as np
 from sympy import Abs, Expr, Integer, Max, Min
 
 from sym2real.robots.joint_tree import Link, as_expression
-from sym2real.robots.mjcf_columns import command_kind, driven_joint
+from sym2real.robots.mjcf_columns import command_kind, driven_joint, servos_of
 from sym2real.robots.spatial import Values
 from sym2real.symbolic import symbol
 from sym2real.symbolic.dry_friction import dry_friction
@@ -52,6 +52,9 @@ class Forces:
             joint = self.model.joint(link.joint).id
             if self.model.jnt_actfrclimited[joint]:
                 actuation[number] = _within(actuation[number], self.model.jnt_actfrcrange[joint])
+            if link.joint in servos_of(self.model):
+                most = symbol(quantity_of("servo_limit", link.joint))
+                actuation[number] = Max(Min(actuation[number], most), -most)
         return force + actuation
 
     def held(self, rate: Sequence[Expr], other: Values) -> Values:

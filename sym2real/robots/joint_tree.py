@@ -6,13 +6,13 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from sympy import Expr, Integer
+from sympy import Expr, Float, Integer
 
 from sym2real.robots import mjcf_columns as columns
 from sym2real.robots.link_quantities import link_quantities
 from sym2real.robots.spatial import Inertia, Motion, Transform, Values, about, exact
 from sym2real.symbolic import symbol
-from sym2real.vocabulary import MechanicalQuantity, quantity_of
+from sym2real.vocabulary import UNLIMITED, MechanicalQuantity, quantity_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,9 +97,13 @@ def _link(model: mujoco.MjModel, joint: int, parent: int, fixed: Transform) -> L
             quantity_of("drag", name): as_expression(model.dof_dampingpoly[dof, 0]),
             quantity_of("friction", name): as_expression(model.dof_frictionloss[dof]),
             quantity_of("stiffness", name): as_expression(model.jnt_stiffness[joint]),
-            **({quantity_of("servo_gain", name): Integer(1)} if name in columns.servos_of(model) else {}),
+            **(_of_servo(name) if name in columns.servos_of(model) else {}),
         },
     )
+
+
+def _of_servo(joint: str) -> dict[str, Expr]:
+    return {quantity_of("servo_gain", joint): Integer(1), quantity_of("servo_limit", joint): Float(UNLIMITED)}
 
 
 def _times(model: mujoco.MjModel, kind: MechanicalQuantity, joint: str) -> Expr:

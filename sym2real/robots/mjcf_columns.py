@@ -125,7 +125,8 @@ def quantities_of(model: mujoco.MjModel) -> tuple[str, ...]:
     joints = [name for name, kind in zip(names_of(model, "joint"), model.jnt_type, strict=True) if kind != FREE]
     loads = [quantity_of("load", model.site(site).name) for site in loaded_sites(model)]
     kinds: tuple[MechanicalQuantity, ...] = ("armature", "damping", "drag", "friction", "stiffness")
-    servos = (quantity_of("servo_gain", joint) for joint in servos_of(model))
+    of_servos: tuple[MechanicalQuantity, ...] = ("servo_gain", "servo_limit")
+    servos = (quantity_of(kind, joint) for joint in servos_of(model) for kind in of_servos)
     return (
         *GRAVITY_COMPONENTS,
         *(quantity_of(kind, name) for kind in kinds for name in joints),

@@ -20,7 +20,7 @@ from sym2real.layout import Layout
 from sym2real.robots import mjcf_columns as columns
 from sym2real.robots.description import yaw_of
 from sym2real.trajectory import Array
-from sym2real.vocabulary import DRILLING, HEADING, TURNING_INERTIA, WRENCH, rate_per_speed, rate_per_turn
+from sym2real.vocabulary import DRILLING, HEADING, TURNING_INERTIA, WRENCH, rate_per_speed, rate_per_turn, wheel_load
 
 STATE = ("x", "y", "sin_yaw", "cos_yaw", "vx", "vy", "wz")
 PLANAR_WRENCH = ("fx", "fy", "tz")
@@ -120,6 +120,10 @@ class Wheels:
         carried, ways = np.linalg.inv(self.inertia(model, data)), dict(zip(self.names, self.ways, strict=True))
         numbers = {f"{name}_inertia": 1.0 / float(way @ carried @ way) for name, way in ways.items()}
         numbers |= {TURNING_INERTIA: float(self.inertia(model, data)[1, 1]), DRILLING: drilling(model, data)}
+        pressed = _loads(model, data)
+        numbers |= {
+            wheel_load(name): pressed.get(int(model.jnt_bodyid[model.joint(name).id]), 0.0) for name in self.names
+        }
         for actuator, column in actions.items():
             index = model.actuator(actuator).id
             joint = columns.driven_joint(model, index)
@@ -169,6 +173,16 @@ def drilling(model: mujoco.MjModel, data: Any) -> float:
         patches.setdefault(tuple(model.geom_bodyid[contact.geom]), []).append(np.append(contact.pos, held))
     points = (np.array(patch) for patch in patches.values())
     return float(sum(np.linalg.norm(p[:, :2] - p[:, :2].mean(axis=0), axis=1) @ p[:, 3] for p in points))
+
+
+def _loads(model: mujoco.MjModel, data: Any) -> dict[int, float]:
+    """What presses each body on others where the robot rests, N."""
+    resting, force, loads = _at_rest(model, data), np.zeros(6), dict[int, float]()
+    for number, contact in enumerate(resting.contact):
+        mujoco.mj_contactForce(model, resting, number, force)
+        for body in model.geom_bodyid[contact.geom].tolist():
+            loads[body] = loads.get(body, 0.0) + float(force[0])
+    return loads
 
 
 def inputs_of(model: mujoco.MjModel) -> Layout:

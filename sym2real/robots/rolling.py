@@ -7,12 +7,13 @@ Two degrees of freedom, the speed u along the heading and the turning rate ω; t
 
 Lagrange's equations of a body in a plane, M with all that turns with a wheel; e.g. Y. Yamamoto, X. Yun, "Coordinating
 locomotion and manipulation of a mobile manipulator", 1994. Discrete time: the classical Runge–Kutta method in as many
-parts of a period as the servos of the wheels need, moved along the arc of the mean rates. Contacts hold here: a robot
-that slips, tips or lifts a wheel is not described.
+parts of a period as the servos of the wheels need, moved along the arc of the mean rates. Contacts hold here, but for
+wheels that spin or lock (``J_grip``): a robot that slides aside, tips or lifts a wheel is not described.
 
 Effects bind to the rate ``J_rate`` of wheel J, which is a quantity, to ``damping_J``, ``friction_J`` and ``armature_J``
-as of :mod:`sym2real.robots.multibody`, to ``J_per_speed`` (rad/m) and ``J_lever`` (m), to the masses (``mass_ahead``,
-``mass_moment``, ``mass_turning``), to ``drilling`` (N m, of wheels with a width), and to the external forces.
+as of :mod:`sym2real.robots.multibody`, to ``J_per_speed`` (rad/m), ``J_lever`` (m) and ``J_grip`` (N m, without a
+limit), to the masses (``mass_ahead``, ``mass_moment``, ``mass_turning``), to ``drilling`` (N m, of wheels with a
+width), and to the external forces.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -21,7 +22,7 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from sympy import Expr
+from sympy import Expr, Float, Max, Min
 
 from sym2real.errors import ModelError
 from sym2real.layout import Layouts
@@ -42,9 +43,11 @@ from sym2real.vocabulary import (
     MASS_AHEAD,
     MASS_MOMENT,
     MASS_TURNING,
+    UNLIMITED,
     quantity_of,
     rate_column,
     rate_per_speed,
+    wheel_grip,
     wheel_lever,
 )
 
@@ -125,7 +128,11 @@ def _accelerations(
     ]
     along = forces.at(exact(np.zeros(len(names))), np.array(of_wheels, dtype=object))
     along = forces.held(of_wheels, build.each("drive", along))
-    torques = [build.name(f"torque_{name}", force) for name, force in zip(names, along, strict=True)]
+    most = [symbol(f"most_{name}") for name in names]
+    torques = [
+        build.name(f"torque_{name}", Max(Min(force, limit), -limit))
+        for name, force, limit in zip(names, along, most, strict=True)
+    ]
     centrifugal = symbol(MASS_MOMENT) * turning
     forward, aside, (x, y) = symbol("push_ahead"), symbol("push_left"), lever
     by_wheels = [sum(way[of] * torque for way, torque in zip(ways, torques, strict=True)) for of in (0, 1)]
@@ -154,9 +161,14 @@ def _numbers(links: Sequence[Link], wheels: Wheels, inertia: Array, spinning: Ar
         spinning: of each wheel about its axle, kg m² ``# (n,)``.
     """
     quantities: dict[str, Expr] = {}
-    for link, (ahead, turn) in zip(links, wheels.ways.tolist(), strict=True):
+    moved = 1.0 / np.einsum("wi,ij,wj->w", wheels.ways, np.linalg.inv(inertia), wheels.ways)
+    # A wheel that slips turns with what its servo gives; here it goes on to turn with the robot, and that takes a part.
+    shares = moved / (moved - spinning)
+    for link, (ahead, turn), share in zip(links, wheels.ways.tolist(), shares.tolist(), strict=True):
         quantities[rate_per_speed(link.joint)] = as_expression(ahead)
         quantities[wheel_lever(link.joint)] = as_expression(turn / ahead)
+        quantities[wheel_grip(link.joint)] = Float(UNLIMITED)
+        quantities[f"most_{link.joint}"] = share * symbol(wheel_grip(link.joint))
         quantities |= link.quantities
     for name, (row, column) in zip(MASSES, ((0, 0), (0, 1), (1, 1)), strict=True):
         body = float(inertia[row, column] - wheels.ways[:, row] * wheels.ways[:, column] @ spinning)

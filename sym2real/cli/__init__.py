@@ -82,9 +82,8 @@ VERBS: dict[str, Any] = {
     "plan": PlanFlight,
     "experiment": RunExperiment,
 }
-OF_SEVERAL = {
-    "nominal": "First-principles equations: from numbers alone, or from a robot's MJCF."
-}  # verbs whose words are in no class
+# Verbs whose words are in no class.
+OF_SEVERAL = {"nominal": "First-principles equations: from numbers alone, or from a robot's MJCF."}
 TRACEBACK = "SYM2REAL_TRACEBACK"  # set to 1, errors that nobody foresaw come as tracebacks
 
 

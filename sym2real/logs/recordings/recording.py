@@ -157,8 +157,7 @@ def _heard(own: Array, stamps: Array) -> Array:
     before = (np.searchsorted(own, stamps, side="right") - 1).clip(0, len(own) - 1)
     inside = (own[0] <= stamps) & (stamps <= own[-1])
     period = float(np.median(np.diff(own))) if len(own) > 1 else 0.0
-    close: Array = inside & (own[after] - own[before] <= SILENCE * period)
-    return close
+    return np.asarray(inside & (own[after] - own[before] <= SILENCE * period))
 
 
 def _without_jumps(columns: Mapping[str, Array], kinds: ColumnKinds) -> dict[str, Array]:

@@ -11,7 +11,7 @@ from recordings import DRIVE, POSE, Columns, write_bag, write_card, write_mcap, 
 from sym2real.errors import DataError, MissingDependencyError
 from sym2real.layout import Layout, Layouts
 from sym2real.logs import LogSpec, inspect_logs, read_log, read_logs
-from sym2real.logs.recordings import Recording, Topic
+from sym2real.logs.recordings.recording import Topic, put_together
 from sym2real.trajectory import Trajectory
 
 CAR = Layouts(Layout.of(["x", "y", "sin_yaw", "cos_yaw"]), Layout.of(["steer", "speed"]))
@@ -104,7 +104,7 @@ def test_a_command_that_answers_a_row_stands_in_that_row(after: float) -> None:
     stamps = np.append(0.02 * np.arange(50), 0.02 * np.arange(70, 120))
     pose = Topic("pose", stamps, {"pose.x": np.arange(100.0)})
     drive = Topic("drive", np.append(stamps + after, 1.2), {"drive.steer_cmd": np.append(np.arange(100.0), -1.0)})
-    table = Recording((pose, drive)).together(["pose.x", "drive.steer_cmd"])
+    table = put_together((pose, drive), ["pose.x", "drive.steer_cmd"])
     np.testing.assert_array_equal(table["drive.steer_cmd"], table["pose.x"])
 
 
@@ -114,7 +114,7 @@ def test_a_row_has_the_mean_of_commands_that_come_faster_but_of_angles_that_go_r
     sent, yaw = rng.standard_normal(200), rng.uniform(-3.0, 3.0, 200)
     pose = Topic("pose", stamps, {"pose.x": stamps})
     drive = Topic("drive", sent_at, {"drive.steer_cmd": sent, "drive.yaw_cmd": yaw})
-    table = Recording((pose, drive)).together(["pose.x", "drive.steer_cmd", "drive.yaw_cmd"])
+    table = put_together((pose, drive), ["pose.x", "drive.steer_cmd", "drive.yaw_cmd"])
     fine = stamps[:, None] + 1e-6 * (np.arange(20_000) + 0.5)  # of a row every microsecond
     held = sent[np.searchsorted(sent_at, fine, side="right") - 1].mean(1)
     np.testing.assert_allclose(table["drive.steer_cmd"], held, atol=1e-3)
@@ -168,7 +168,7 @@ def test_between_messages_an_angle_turns_the_short_way_and_a_quaternion_has_one_
     quaternion = {"w": np.cos(half) * [1, -1, 1], "z": np.sin(half) * [1, -1, 1], "x": 0 * half, "y": 0 * half}
     pose = {"pose.yaw": yaw, **{f"pose.orientation.{axis}": values for axis, values in quaternion.items()}}
     imu = Topic("imu", fast, {"imu.gyro.z": fast, "imu.gyro.x": fast})
-    table = Recording((Topic("pose", slow, pose), imu)).together(["pose.yaw", "imu.gyro.z", "pose.orientation.w"])
+    table = put_together((Topic("pose", slow, pose), imu), ["pose.yaw", "imu.gyro.z", "pose.orientation.w"])
     assert len(table["t"]) == len(fast)
     turned = np.unwrap(yaw)
     np.testing.assert_allclose(table["pose.yaw"], np.interp(fast, slow, turned), atol=1e-12)
@@ -202,7 +202,7 @@ def test_small_angles_in_degrees_stay_what_they_are() -> None:
     slow, fast = 0.1 * np.arange(40), 0.02 * np.arange(190)
     roll = np.where(np.arange(40) % 4 < 2, 2.6, -1.4)
     topics = (Topic("fast", fast, {"fast.x": fast}), Topic("board", slow, {"board.roll": roll}))
-    table = Recording(topics).together(["fast.x", "board.roll"])
+    table = put_together(topics, ["fast.x", "board.roll"])
     np.testing.assert_allclose(table["board.roll"], np.interp(fast, slow, roll), atol=1e-12)
 
 
@@ -210,7 +210,7 @@ def test_an_angle_that_is_missing_once_is_there_again_afterwards() -> None:
     slow, fast = 0.1 * np.arange(10), 0.02 * np.arange(45)
     yaw = np.linspace(0.0, 0.9, 10)
     yaw[3] = np.nan
-    table = Recording((Topic("fast", fast, {"fast.x": fast}), Topic("pose", slow, {"pose.yaw": yaw}))).together()
+    table = put_together((Topic("fast", fast, {"fast.x": fast}), Topic("pose", slow, {"pose.yaw": yaw})))
     known = (fast <= 0.2) | (fast >= 0.4)
     np.testing.assert_allclose(table["pose.yaw"][known], fast[known], atol=1e-12)
 

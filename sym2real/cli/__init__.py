@@ -52,14 +52,14 @@ from sym2real.cli.inspect import Inspect
 from sym2real.cli.learn import Learn
 from sym2real.cli.nominal import NominalCar, NominalQuadrotor
 from sym2real.cli.nominal_mjcf import NominalMjcf
-from sym2real.cli.output import STANDARD_OUTPUT, report_for, show_json, write_json
+from sym2real.cli.output import STANDARD_OUTPUT, show_json, write_json
 from sym2real.cli.parsing import parse
 from sym2real.cli.places import kept_apart
 from sym2real.cli.plan import PlanFlight
 from sym2real.cli.run import Run
 from sym2real.cli.show import Show
 from sym2real.cli.simulate import Simulate
-from sym2real.cli.terminal import ending_in_words, progress_console, put, stop
+from sym2real.cli.terminal import Report, ending_in_words, progress_console, put, stop
 from sym2real.errors import DataError, Sym2RealError, UnknownNameError
 
 # A verb per module: a frozen dataclass whose fields are its options, ``json`` among them. Its ``run(console)`` does the
@@ -82,9 +82,8 @@ VERBS: dict[str, Any] = {
     "plan": PlanFlight,
     "experiment": RunExperiment,
 }
-OF_SEVERAL = {
-    "nominal": "First-principles equations: from numbers alone, or from a robot's MJCF."
-}  # verbs whose words are in no class
+# Verbs whose words are in no class.
+OF_SEVERAL = {"nominal": "First-principles equations: from numbers alone, or from a robot's MJCF."}
 TRACEBACK = "SYM2REAL_TRACEBACK"  # set to 1, errors that nobody foresaw come as tracebacks
 
 
@@ -124,7 +123,7 @@ def _main(given: list[str]) -> None:
     # The tensors are small: threads that wait for each other make an action five times slower. Set it to override.
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     verb = parse(verbs(in_short=not {*given} & {*VERBS}), "sym2real", __doc__ or "", given)
-    report = report_for(verb.json)
+    report = Report(sys.stderr if verb.json == STANDARD_OUTPUT else sys.stdout)  # beside JSON, on standard error
     try:
         if progress_console().is_terminal:  # libraries take seconds: it has begun
             progress_console().print(f"{given[0]}: loading libraries", style="dim")

@@ -66,11 +66,7 @@ def chosen_effects(texts: Sequence[str], described: Describable) -> list[tuple[E
             twice.
         UnknownNameError: for a kind or column that does not exist.
     """
-
-    def parameter_of(key: str) -> str:
-        return catalogue.effect(key, described).parameters[0].name
-
-    named = with_values(texts, "the name of an effect", parameter_of)
+    named = with_values(texts, "the name of an effect", lambda key: catalogue.effect(key, described).parameters[0].name)
     keys = [key for key, _ in named]
     for key in keys:
         if keys.count(key) > 1:

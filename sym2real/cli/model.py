@@ -1,7 +1,6 @@
 """What verbs share: opening a model with progress, and logs with the columns that the model needs."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from hashlib import sha256
 from math import inf
 from pathlib import Path
@@ -17,10 +16,11 @@ from sym2real.experiments.models import base_folder, open_model
 from sym2real.layout import Layouts
 from sym2real.logs import LogSpec
 from sym2real.logs.dropouts import is_unasked
+from sym2real.logs.grouping import visible
 from sym2real.logs.reader import logs_of, read_each
 from sym2real.logs.several_files import LogFiles
 from sym2real.neural import Model
-from sym2real.neural.composed import Base, state_of
+from sym2real.neural.composed import Base
 from sym2real.neural.model_folder import below
 from sym2real.robots import ROBOTS
 from sym2real.robots.own import robot_of
@@ -62,7 +62,7 @@ def columns_of(model: str) -> tuple[Layouts, dict[str, str], tuple[str, ...]]:
     """
     base = None if model in ROBOTS and not Path(model).is_dir() else below(open_model(model))
     robot = ROBOTS[model] if base is None else robot_of(base)
-    layouts = ROBOTS[model].layouts if base is None else replace(base.layouts, state=state_of(base))
+    layouts = visible(ROBOTS[model].layouts if base is None else base.layouts)
     if robot is None:
         return layouts, {}, ()
     units, joints = layouts.state.units, layouts.state.joints
@@ -114,8 +114,8 @@ def logs_for(
     """
     log_files = logs_of(paths, spec)
     _require_different([*(logs_of(apart_from, spec) if apart_from else []), *log_files])
-    layouts, logs = replace(base.layouts, state=state_of(base)), list[Trajectory]()
-    for files, pieces in zip(log_files, read_each(log_files, spec, layouts, base.dt, upsample=upsample), strict=True):
+    logs, read = list[Trajectory](), read_each(log_files, spec, base.layouts, base.dt, upsample=upsample)
+    for files, pieces in zip(log_files, read, strict=True):
         longest = max(len(piece) for piece in pieces)
         if longest <= ROWS:
             lost = dict.fromkeys(note for piece in pieces for note in piece.notes if is_unasked(note))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 
-from sym2real.cli.terminal import Report, encoding_of, put
+from sym2real.cli.terminal import encoding_of, put
 from sym2real.files import write_text
 from sym2real.json_objects import plain
 
@@ -19,11 +19,6 @@ if TYPE_CHECKING:
     from sym2real.trajectory import Trajectory
 
 STANDARD_OUTPUT = Path("-")
-
-
-def report_for(json_file: Path | None) -> Report:
-    """What a verb says: on standard output, or on standard error where that belongs to JSON."""
-    return Report(sys.stderr if json_file == STANDARD_OUTPUT else sys.stdout)
 
 
 def write_json(result: dict[str, Any], json_file: Path | None) -> None:

@@ -24,6 +24,7 @@ WANTED = {
     str: ("TEXT", "a text"),
     Path: ("PATH", "a path"),
 }
+REGISTRY = ConstructorRegistry()  # of how options are read
 
 
 def parse(verbs: Any, prog: str, description: str, arguments: Sequence[str]) -> Any:
@@ -40,7 +41,7 @@ def parse(verbs: Any, prog: str, description: str, arguments: Sequence[str]) -> 
     """
     help_text, error_text = Held(sys.stdout), io.StringIO()
     try:
-        with _registry(), contextlib.redirect_stdout(help_text), contextlib.redirect_stderr(error_text):
+        with REGISTRY, contextlib.redirect_stdout(help_text), contextlib.redirect_stderr(error_text):
             return tyro.cli(verbs, prog=prog, description=description, args=arguments)
     finally:
         if help_text.getvalue():
@@ -70,12 +71,7 @@ def _wrapped(line: str, width: int) -> list[str]:
     return textwrap.wrap(spaced, width, subsequent_indent=indent, break_on_hyphens=False, break_long_words=False)
 
 
-def _registry() -> ConstructorRegistry:
-    registry = ConstructorRegistry()
-    registry.primitive_rule(_number_or_text)
-    return registry
-
-
+@REGISTRY.primitive_rule
 def _number_or_text(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | None:
     """Numbers, and what may also be left out: tyro's own names Python's classes where a value cannot be read."""
     options = get_args(info.type)

@@ -6,7 +6,6 @@ A verb's fields say what it reads and what it writes: :data:`WRITTEN` are writte
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import fields
 from itertools import combinations
 from pathlib import Path
 from typing import Annotated, Any, get_args, get_type_hints
@@ -39,14 +38,12 @@ def kept_apart(verb: Any) -> Iterator[None]:
 
 def places_read(verb: Any) -> dict[str, list[Path]]:
     """The files and folders that a verb is given to read, by the name of the field that names them."""
-    hints = get_type_hints(type(verb), include_extras=True)
     places: dict[str, list[Path]] = {}
-    for name in (
-        field.name for field in fields(verb) if field.name not in WRITTEN and _names_places(hints[field.name])
-    ):
-        value = getattr(verb, name)
-        given = value if isinstance(value, tuple) else (value,)
-        places[name] = [Path(entry) for entry in given if entry is not None and there(Path(entry))]
+    for name, hint in get_type_hints(type(verb), include_extras=True).items():
+        if name not in WRITTEN and _names_places(hint):
+            value = getattr(verb, name)
+            given = value if isinstance(value, tuple) else (value,)
+            places[name] = [Path(entry) for entry in given if entry is not None and there(Path(entry))]
     return places
 
 

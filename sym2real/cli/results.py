@@ -1,10 +1,8 @@
 """The files that ``diagnose`` and ``add --fit`` leave, and what goes when another diagnosis takes its place."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rich.console import Console
 
@@ -18,12 +16,10 @@ from sym2real.experiments.learning import FROM_LOGS
 from sym2real.files import read_by, read_object
 from sym2real.plants import MujocoPlant, save_plant
 from sym2real.plants.plant_file import PARTS as PLANT_PARTS
+from sym2real.report.html.page import Page
 from sym2real.robots.own import robot_of
 from sym2real.symbolic import Equations
 from sym2real.symbolic.storage import PARTS, save_model
-
-if TYPE_CHECKING:
-    from sym2real.report.html.page import Page
 
 ANSWER, PAGE, FILES = "diagnosis.json", "report.html", "files"
 

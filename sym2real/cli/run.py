@@ -73,7 +73,7 @@ class Run:
         steps = steps_in(self.seconds or task.duration, robot.dt)
         with steps_progress(f"{self.task} with {controller.samples} samples", steps) as on_step:
             flight = fly(plant, controller, task, seconds=self.seconds, seed=self.seed, on_step=on_step, name=self.task)
-        console.print(flight_table([flight], self.plant if self.plant in PLAIN else f"simulator of {self.plant}"))
+        console.print(flight_table(flight, self.plant if self.plant in PLAIN else f"simulator of {self.plant}"))
         if flight.crashed:
             console.print(crash_of(plant, flight.trajectory), markup=False)
         name = flight.trajectory.name

@@ -113,10 +113,10 @@ def _by_tilt(draft: Draft, columns: tuple[str, ...]) -> Reading | None:
         moved = [draft.rows.moving(np.stack(pair, axis=1)) for pair in pairs.values()]
         caused = sum(float(np.square(pair[:, 0]).sum()) for pair in moved)
         shown = sum(abs(float((pair[:, 0] * pair[:, 1]).sum())) for pair in moved)
-        shares[unit] = shown / caused if shown > 0.0 else 0.0
-    off = {unit: abs(log(share)) for unit, share in shares.items() if share > 0.0}
-    best = min(off, key=lambda unit: off[unit], default="")
-    if not best or off[best] > log(ALIKE):
+        if shown > 0.0:
+            shares[unit] = shown / caused
+    best = min(shares, key=lambda unit: abs(log(shares[unit])), default="")
+    if not best or abs(log(shares[best])) > log(ALIKE):
         return None
     return best, f"in {best} positions show {shares[best]:.2f} of the acceleration that its tilt causes", "certain"
 

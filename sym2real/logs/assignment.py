@@ -214,9 +214,7 @@ def _settle(result: Assignment, motors: int) -> None:
     _settle_motors(result, motors)
     _settle_throttle(result)
     _settle_speed(result)
-    for attitude, parts in list(result.quaternions.items()):
-        if {*parts} not in WHOLE:
-            del result.quaternions[attitude]
+    result.quaternions = {attitude: parts for attitude, parts in result.quaternions.items() if {*parts} in WHOLE}
     for attitude, parts in list(result.angles.items()):
         # A planar robot's theta is its heading.
         if "pitch" in parts and not {"roll", "yaw"} & parts.keys() and "theta" in parts["pitch"].lower():

@@ -81,9 +81,10 @@ def features(trajectory: Trajectory) -> dict[str, Array]:
     for joint in layouts.state.joints:
         values[joint], rate = trajectory.column(joint), layouts.state.rates[joint]
         values[_pace(rate)] = np.abs(trajectory.column(rate))
-    apart = _off_reference(trajectory, layouts.state)
-    if apart is not None:
-        values["distance from the reference"] = apart
+    place = layouts.state.field("position").columns if layouts.state.has_field("position") else ()
+    if place and all(f"ref_{column}" in trajectory.extra for column in place):
+        apart = [trajectory.column(column) - trajectory.extra[f"ref_{column}"] for column in place]
+        values["distance from the reference"] = np.linalg.norm(apart, axis=0)
     values["time"] = trajectory.time - trajectory.time[0]
     return values
 
@@ -126,16 +127,6 @@ def signed_features(trajectory: Trajectory) -> dict[str, Array]:
 
 def _smooth(column: Array) -> Array:
     return np.asarray(uniform_filter1d(column, 5, mode="nearest"))
-
-
-def _off_reference(trajectory: Trajectory, layout: Layout) -> Array | None:
-    if not layout.has_field("position"):
-        return None
-    columns = layout.field("position").columns
-    if any(f"ref_{column}" not in trajectory.extra for column in columns):
-        return None
-    apart = [trajectory.column(column) - trajectory.extra[f"ref_{column}"] for column in columns]
-    return np.asarray(np.linalg.norm(apart, axis=0))
 
 
 def over_windows(values: Array, rows: NDArray[np.int64], steps: int) -> Array:

@@ -38,7 +38,8 @@ def read(path: Path, header: Sequence[str] = ()) -> tuple[list[str], list[Array 
     rows = [_cells(path, line, first + i, delimiter) for i, line in enumerate(lines)]
     _check_lengths(path, lines, rows, len(names), first)
     cells = [list(column) for column in zip(*rows, strict=True)] if rows else [[] for _ in names]
-    if rows and not names[0] and _counts(cells[0]):  # the index that pandas writes
+    # The index that pandas writes counts rows from 0.
+    if rows and not names[0] and all(is_number(cell) and float(cell) == row for row, cell in enumerate(cells[0])):
         names, cells = names[1:], cells[1:]
     if not names[-1] and not any(cells[-1]):  # every line ends with a delimiter
         names, cells = names[:-1], cells[:-1]
@@ -115,11 +116,6 @@ def _check_header(path: Path, first: Sequence[str], header: Sequence[str]) -> No
     if len(first) != len(header):
         actual = f"{len(header)} ({', '.join(header)})"
         raise DataError(path, f"names of its {len(first)} columns", actual, row=1)
-
-
-def _counts(cells: Sequence[str]) -> bool:
-    """Whether a column counts rows from 0."""
-    return all(is_number(cell) and float(cell) == row for row, cell in enumerate(cells))
 
 
 def _check_lengths(path: Path, lines: Sequence[str], rows: Sequence[list[str]], wanted: int, first: int) -> None:

@@ -36,8 +36,7 @@ def in_force(own: Array, stamps: Array) -> NDArray[np.int64]:
     steps = np.diff(stamps)
     usual = float(np.median(steps)) if len(steps) else 0.0
     halfway = stamps + 0.5 * np.minimum(np.append(steps, usual), usual)  # not of a gap
-    indices: NDArray[np.int64] = np.searchsorted(own, halfway, side="right") - 1
-    return indices
+    return np.asarray(np.searchsorted(own, halfway, side="right") - 1)
 
 
 def mean_in_force(own: Array, values: Array, starts: Array, ends: Array) -> Array:
@@ -65,8 +64,7 @@ def _slope_weights(time: Array, windows: NDArray[np.int64]) -> Array:
     design = (offset / scale)[..., None] ** powers  # (rows, width, powers)
     transposed = design.swapaxes(1, 2)
     fitted = np.linalg.solve(transposed @ design, transposed)
-    weights: Array = fitted[:, min(1, len(powers) - 1)] / scale
-    return weights  # (rows, width)
+    return np.asarray(fitted[:, min(1, len(powers) - 1)] / scale)  # (rows, width)
 
 
 def slope(time: Array, values: Array, around: int = USUAL) -> Array:
@@ -80,8 +78,7 @@ def slope(time: Array, values: Array, around: int = USUAL) -> Array:
     if len(time) < 2:
         return np.zeros_like(values)
     windows = _windows(len(time), around)
-    result: Array = np.einsum("rw,rw...->r...", _slope_weights(time, windows), values[windows])
-    return result
+    return np.asarray(np.einsum("rw,rw...->r...", _slope_weights(time, windows), values[windows]))
 
 
 def closest_slope(time: Array, values: Array, most: int) -> Array:
@@ -130,8 +127,7 @@ def rolling(time: Array, position: Array, yaw: Array, wheel: Array, around: int)
         # Half of its speed: noise of a path at rest changes no sign.
         wheel = np.where(forward < -0.5 * wheel, -wheel, wheel)
     across = np.sum(path * left, axis=1)
-    result: Array = wheel[:, None] * ahead + across[:, None] * left
-    return result
+    return np.asarray(wheel[:, None] * ahead + across[:, None] * left)
 
 
 def body_rate(time: Array, quaternion: Array, around: int = USUAL) -> Array:
@@ -141,8 +137,7 @@ def body_rate(time: Array, quaternion: Array, around: int = USUAL) -> Array:
     windows = _windows(len(time), around)
     here = torch.from_numpy(quaternion)
     turn = rotation.logarithm(rotation.multiply(rotation.conjugate(here[:, None]), here[torch.from_numpy(windows)]))
-    result: Array = np.einsum("rw,rwk->rk", _slope_weights(time, windows), turn.numpy())
-    return result
+    return np.asarray(np.einsum("rw,rwk->rk", _slope_weights(time, windows), turn.numpy()))
 
 
 def continuous(quaternion: Array) -> Array:

@@ -11,6 +11,7 @@ import numpy as np
 
 from sym2real.dataset import Dataset
 from sym2real.logs.derive import SHORTEST, counted_heading, slope
+from sym2real.logs.extremes import reversal
 from sym2real.trajectory import Array, Trajectory
 from sym2real.vocabulary import HEADING
 
@@ -52,7 +53,7 @@ def _coordinates(log: Trajectory) -> dict[str, Array]:
 
 def _are_differences(data: Dataset, rate: str, coordinates: list[Array]) -> bool:
     """Whether they are in every log of more than a few rows, and noisy on the whole."""
-    reversals = 0.0
+    changing = list[Array]()
     for log, coordinate in zip(data, coordinates, strict=True):
         if len(log) <= SHORTEST + 1:
             continue
@@ -60,8 +61,7 @@ def _are_differences(data: Dataset, rate: str, coordinates: list[Array]) -> bool
         missed = np.abs(np.diff(coordinate) / np.diff(log.time) - values[1:]).mean()
         if not missed < ROUNDING * np.abs(values - slope(log.time, coordinate, SHORTEST))[1:].mean():
             return False
-        change = np.diff(values[1:])
-        reversals += float(change[1:] @ change[:-1])
+        changing.append(values[1:])
     # Noise of the coordinate makes each change reverse the one before; a simulator of Euler's steps has the same
     # differences without it, and there they are the rate.
-    return reversals < 0.0
+    return reversal(changing) < 0.0

@@ -103,9 +103,10 @@ class Draft:
         """Standard columns in the log's own unit, axes and signs, shaped as :meth:`raw`."""
         return self.raw(*map(self.column, standard))
 
-    def named_unit(self, *standard: str) -> str:
-        """The unit that the name of one of the log's columns for these states, or ""."""
-        return next((unit for name in standard if (unit := self.assignment.unit(self.column(name)))), "")
+    def named_unit(self, *names: str) -> str:
+        """The unit that the name of one of these states, standard columns or columns of the log, or ""."""
+        columns = (self.assignment.columns.get(name, name) for name in names)
+        return next(filter(None, map(self.assignment.unit, columns)), "")
 
     def series(self, standard: str) -> Array:
         """A standard column in its SI unit as far as that is known, axes and signs as in the log."""

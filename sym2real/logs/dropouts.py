@@ -98,9 +98,14 @@ def without_dropouts(
     last = {name: last_number(table.columns[name]) for name in there if name in hold and name not in places}
     table = table.with_columns(last)
     empty = {name: np.isnan(table.columns[name]) for name in there}
-    for name in there:
-        if name not in places:
-            _require_pace(table, name)
+    if slow := [name for name in there if name not in places and is_slow(table.columns[name])]:
+        name, missing = slow[0], empty[slow[0]]
+        raise table.error(
+            f'numbers in row after row (hold = ["{name}"] in a log specification keeps the last number)',
+            f"an empty cell or NaN in {100 * missing.mean():.0f} % of the rows, here first",
+            int(missing.argmax()),
+            name,
+        )
     gone = np.logical_or.reduce([*empty.values(), np.zeros(len(table), dtype=bool)])
     if gone.all():
         empty_throughout = [name for name, missing in empty.items() if missing.all()]
@@ -138,17 +143,6 @@ def without_repeats(table: Table, stamp: str) -> tuple[Table, tuple[str, ...]]:
     where = _stretches(table.lines[repeats])
     note = f"{repeats.sum()} of {len(table)} {LEFT_OUT}, which repeat the one before, stamp and all: rows {where}"
     return table[~repeats], (note,)
-
-
-def _require_pace(table: Table, name: str) -> None:
-    missing = np.isnan(table.columns[name])
-    if is_slow(table.columns[name]):
-        raise table.error(
-            f'numbers in row after row (hold = ["{name}"] in a log specification keeps the last number)',
-            f"an empty cell or NaN in {100 * missing.mean():.0f} % of the rows, here first",
-            int(missing.argmax()),
-            name,
-        )
 
 
 def last_number(values: Array) -> Array:

@@ -67,7 +67,7 @@ def _mean_step(log: Trajectory) -> float:
 
 def resampled(log: Trajectory, dt: float) -> Trajectory:
     """A log without gaps at steps of ``dt``; itself where it has them."""
-    if len(log) < 2 or is_regular(log.time, dt):
+    if is_regular(log.time, dt):
         return log
     columns: dict[str, Array] = dict(log.extra)
     columns |= {name: log.column(name) for name in log.layouts.columns}

@@ -83,7 +83,7 @@ def _decide(draft: Draft) -> None:
     """Order, direction, and z up or down: what rates, accelerations, the vertical and heights agree with best."""
     first = draft.attitudes["attitude"]
     counted = "w" not in draft.assignment.quaternions.get("attitude", {"w": ""})
-    orders = ORDERS if counted and not first.euler else (first.order,)
+    orders = ORDERS if counted else (first.order,)
     directions: tuple[Direction, ...] = ("body_to_world",) if first.euler else ("body_to_world", "world_to_body")
     set_world(draft, first)
     # One axis alone may as well have its sign reversed.
@@ -99,7 +99,7 @@ def _decide(draft: Draft) -> None:
             scores[reading, frames] = _agreement(draft, vertical) - rare - RARE_NED * (frames != "z_up")
     best, draft.frames = max(scores, key=lambda key: scores[key])
     set_world(draft, best)
-    if counted and not first.euler:
+    if counted:
         for name, parts in draft.assignment.quaternions.items():
             if name in draft.attitudes and "w" not in parts:
                 draft.attitudes[name] = replace(draft.attitudes[name], order=best.order)

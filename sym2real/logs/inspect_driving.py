@@ -3,7 +3,7 @@
 import numpy as np
 
 from sym2real.logs.draft import Draft
-from sym2real.logs.inspect_motion import DRIVING, NEAR, SPEEDS, slopes_of_positions
+from sym2real.logs.inspect_motion import DRIVING, NEAR, SPEEDS, pace_of_path
 from sym2real.logs.reading import Reading, are_pulses, by_name, by_size, largest, turning
 from sym2real.logs.units import UNITS, unit_by_ratio
 from sym2real.trajectory import Array
@@ -89,10 +89,7 @@ def _pace(draft: Draft) -> Array:
     """How fast the car goes, m/s ``# (rows,)``; zeros where nothing tells."""
     if draft.has("vx", "vy"):
         return np.hypot(draft.series("vx"), draft.series("vy"))
-    if not draft.has("x", "y"):
-        return np.zeros(len(draft.rows.stamps))
-    slopes = slopes_of_positions(draft)
-    return np.hypot(slopes["vx"], slopes["vy"])
+    return pace_of_path(draft)
 
 
 def _speed(draft: Draft) -> None:

@@ -69,8 +69,7 @@ def inspect_wheel(draft: Draft) -> None:
     if not draft.has("wheel_speed"):
         return
     size, unit = np.abs(draft.values("wheel_speed")), draft.named_unit("wheel_speed")
-    slopes = slopes_of_positions(draft)
-    pace = np.hypot(slopes["vx"], slopes["vy"]) if draft.has("x", "y") else np.zeros(1)
+    pace = pace_of_path(draft)
     ratio = float(size.mean() / pace.mean()) if pace.mean() > DRIVING and size.any() else None
     nearest = unit_by_ratio(ratio or 1.0, SPEEDS)
     off = (ratio or 1.0) * UNITS[nearest][1]
@@ -116,6 +115,12 @@ def inspect_velocities(draft: Draft) -> None:
 def slopes_of_positions(draft: Draft) -> dict[str, Array]:
     """World velocities in m/s ``# (rows,)`` by positions."""
     return {f"v{axis}": draft.rows.slopes(draft.series(axis)) for axis in POSITION.columns if draft.has(axis)}
+
+
+def pace_of_path(draft: Draft) -> Array:
+    """How fast the path goes, m/s ``# (rows,)``; zeros where nothing tells."""
+    slopes = slopes_of_positions(draft)
+    return np.hypot(slopes["vx"], slopes["vy"]) if draft.has("x", "y") else np.zeros(len(draft.rows.stamps))
 
 
 def in_body(draft: Draft, world: dict[str, Array]) -> dict[str, Array]:

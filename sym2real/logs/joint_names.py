@@ -261,11 +261,10 @@ def _by_order(
             families.setdefault(name.family, {})[name.number] = name
     count = len(columns)
     counts = [[*range(count)], [*range(1, count + 1)]]
-    whole = [names for names in families.values() if sorted(names) in counts]
-    if len(whole) == 1 and all(
-        name.unit in {"", units[column]} for column, (_, name) in zip(columns, sorted(whole[0].items()), strict=True)
-    ):
-        for place, (column, (_, name)) in enumerate(zip(columns, sorted(whole[0].items()), strict=True), 1):
+    whole = [[names[number] for number in sorted(names)] for names in families.values() if sorted(names) in counts]
+    pairs = list(zip(columns, whole[0], strict=True)) if len(whole) == 1 else []
+    if pairs and all(name.unit in {"", units[column]} for column, name in pairs):
+        for place, (column, name) in enumerate(pairs, 1):
             evidence = f"number {place} of {count}, in the order of the model's: check that the log has the same"
             result.pairs[column] = Match(name.text, evidence, sure=False)
             result.open.pop(column, None)

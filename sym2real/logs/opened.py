@@ -37,8 +37,7 @@ FINEST = 500
 
 def _first_stamp(whole: Table, spec: LogSpec) -> float:
     """Time of the file's first row that has one, s."""
-    named = [spec.time.column] if spec.time.column else []
-    return float(stamps(without_dropouts(whole, named)[0][:1], spec)[0])
+    return float(stamps(without_dropouts(whole, [spec.time.column])[0][:1], spec)[0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +111,7 @@ class Opened:
         if not known.state.size:
             actual = f"only {listed(self.whole.columns)}; {specification(self.table.path)}"
             raise DataError(self.table.path, "standard state columns", actual)
-        if self.dt is not None and len(log.time) > 1 and not is_regular(log.time, self.dt):
+        if self.dt is not None and not is_regular(log.time, self.dt):
             log = resample(log, self.dt, known, polled=self.table.polled)
         name = self.table.metadata.get("name") or self.table.path.stem
         result = trajectory(self.table, log, known, name + suffix)

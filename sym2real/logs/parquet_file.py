@@ -74,8 +74,7 @@ def _cells(column: pa.ChunkedArray) -> Array | list[str]:
         column = column.cast(pa.float64())
     if not (pa.types.is_integer(column.type) or pa.types.is_floating(column.type)):
         return ["" if cell is None else str(cell) for cell in column.to_pylist()]
-    values: Array = column.to_numpy().astype(np.float64)
-    return values
+    return np.array(column.to_numpy(), dtype=np.float64)
 
 
 def write(path: Path, columns: Mapping[str, Array], metadata: Mapping[str, str]) -> None:

@@ -8,7 +8,7 @@ import torch
 from sym2real import rotation
 from sym2real.field import Field
 from sym2real.layout import Layout
-from sym2real.logs.derive import about_vertical, continuous
+from sym2real.logs.derive import about_vertical, continuous, from_euler
 from sym2real.trajectory import Array, Trajectory
 from sym2real.vocabulary import ATTITUDE, HEADING
 
@@ -31,8 +31,7 @@ def with_angles(log: Trajectory, angles: Array, quaternion: Sequence[str] = ATTI
     """A log with other roll, pitch and yaw of a quaternion, or another yaw, in rad ``# (rows, 3 or 1)``."""
     if angles.shape[1] == 1:
         return log.with_columns(dict(zip(HEADING.columns, (np.sin(angles[:, 0]), np.cos(angles[:, 0])), strict=True)))
-    turned = rotation.from_euler(*torch.as_tensor(angles).unbind(-1)).numpy()
-    return log.with_columns(dict(zip(quaternion, continuous(turned).T, strict=True)))
+    return log.with_columns(dict(zip(quaternion, continuous(from_euler(angles)).T, strict=True)))
 
 
 def turned(log: Trajectory, columns: Sequence[str], *, to_world: bool = True) -> Array:

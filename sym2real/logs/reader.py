@@ -8,7 +8,8 @@ from sym2real.dataset import Dataset
 from sym2real.errors import DataError
 from sym2real.layout import Layouts
 from sym2real.logs.opened import Opened, in_step
-from sym2real.logs.recordings import ColumnKinds, is_bag_folder
+from sym2real.logs.recordings import is_bag_folder
+from sym2real.logs.recordings.recording import ColumnKinds
 from sym2real.logs.resample import GAP_INTERVALS
 from sym2real.logs.several_files import LogFiles, files_by_log, read_parts
 from sym2real.logs.sources import commands_of

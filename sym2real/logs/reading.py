@@ -36,8 +36,7 @@ def are_pulses(values: Array) -> bool:
 
 def by_name(draft: Draft, names: Sequence[str]) -> Reading | None:
     """The unit that the name of one of these states, standard columns or columns of the log."""
-    columns = (draft.assignment.columns.get(name, name) for name in names)
-    unit = next(filter(None, map(draft.assignment.unit, columns)), "")
+    unit = draft.named_unit(*names)
     return (unit, "the name says so", "certain") if unit else None
 
 

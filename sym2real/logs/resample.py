@@ -103,8 +103,7 @@ def _lost(log: Standard, grid: Array, dt: float, latest: NDArray[np.int64], sent
     step = max(dt, float(np.median(np.diff(log.time)))) if len(log.time) > 1 else dt
     away = np.minimum(grid - log.time[latest], log.time[following] - grid) > 0.5 * step
     differ = [own[latest] != own[following] for own in sent]
-    lost: NDArray[np.bool_] = away & np.logical_or.reduce([*differ, np.zeros(len(grid), dtype=bool)])
-    return lost
+    return np.asarray(away & np.logical_or.reduce([*differ, np.zeros(len(grid), dtype=bool)]))
 
 
 def is_resampled(log: Trajectory) -> bool:

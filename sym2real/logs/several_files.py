@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from sym2real.errors import DataError
 from sym2real.logs import csv_file, parquet_file
 from sym2real.logs.names import is_time
-from sym2real.logs.recordings.recording import BY_NAMES, TIME, ColumnKinds, Recording, Topic
+from sym2real.logs.recordings.recording import BY_NAMES, TIME, ColumnKinds, Topic, put_together
 from sym2real.logs.table import TABLES, TEXTS, Table, file_type, read_table
 from sym2real.trajectory import Array
 
@@ -104,7 +104,7 @@ def _same_stamps(tables: Sequence[Table], clock: str) -> bool:
 
 def _by_stamps(tables: Sequence[Table], clock: str, kinds: ColumnKinds) -> Table:
     """Rows of the fastest, the others interpolated or held."""
-    topics = tuple(
+    recording = tuple(
         Topic(
             table.path.stem,
             table.column(clock, "of time stamps"),
@@ -112,8 +112,7 @@ def _by_stamps(tables: Sequence[Table], clock: str, kinds: ColumnKinds) -> Table
         )
         for table in tables
     )
-    recording = Recording(topics)
-    columns = recording.together(recording.columns, kinds)
+    columns = put_together(recording, [name for table in tables for name in table.columns], kinds)
     how = f"by {clock!r}: measurements interpolated, commands held"
     stamps = columns.pop(TIME)
     return replace(_named(tables, {clock: stamps, **columns}, 1 + np.arange(len(stamps)), how), polled=False)

@@ -50,8 +50,7 @@ def specification(spec: LogSpec, comments: Mapping[str, Sequence[str]] | None = 
 
 
 def _changed(value: Any, name: str) -> bool:
-    default = next(field.default for field in fields(value) if field.name == name)
-    return bool(getattr(value, name) != default)
+    return bool(getattr(value, name) != getattr(type(value), name))  # the class has the defaults
 
 
 def _entries(part: Any) -> list[str]:

@@ -176,12 +176,8 @@ def _check_uses(file: str | Path, spec: LogSpec) -> None:
         first[column] = use
 
 
-def _shipped() -> dict[str, LogSpec]:
-    folder = Path(__file__).parent / "specs"
-    return {path.stem: LogSpec.load(path) for path in sorted(folder.glob("*.toml"))}
-
-
-SPECS: Registry[LogSpec] = Registry("log specification", _shipped())
+_SHIPPED = sorted((Path(__file__).parent / "specs").glob("*.toml"))
+SPECS: Registry[LogSpec] = Registry("log specification", {path.stem: LogSpec.load(path) for path in _SHIPPED})
 
 
 def load_spec(name: LogSpec | str | Path) -> LogSpec:

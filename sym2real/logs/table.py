@@ -16,16 +16,16 @@ from sym2real.files import require_file
 from sym2real.logs import arrow_file, csv_file, parquet_file
 from sym2real.logs.cells import numbers
 from sym2real.logs.missing import listed
-from sym2real.logs.recordings import BY_NAMES, RECORDINGS, ColumnKinds, Recording, is_bag_folder, is_card_log
-from sym2real.registry import Registry
+from sym2real.logs.recordings import RECORDINGS, is_bag_folder, is_card_log
+from sym2real.logs.recordings.recording import BY_NAMES, ColumnKinds, Recording, put_together
 from sym2real.trajectory import Array
 
 # What physical quantities, counters and stamps in ns stay far below; its fourth power is still a number.
 LARGEST = 1e30
 TEXTS = (".csv", ".txt", ".tsv", ".dat")
-COLUMNAR = Registry("columnar log file type", {".parquet": parquet_file.read, ".pq": parquet_file.read})
+COLUMNAR = {".parquet": parquet_file.read, ".pq": parquet_file.read}
 TABLES = (*TEXTS, *COLUMNAR)
-GROWING = Registry("growing log file type", {**COLUMNAR, ".arrow": arrow_file.read})
+GROWING = {**COLUMNAR, ".arrow": arrow_file.read}
 READERS = (*TEXTS, *GROWING, *RECORDINGS)
 # Stamps in two columns, as ROS' messages have them: whole seconds, and the nanoseconds since.
 SECONDS = re.compile(r"((.*?)[._/]?)secs?")
@@ -169,9 +169,9 @@ def file_type(file: Path) -> str:
 
 
 def _of_recording(file: Path, recording: Recording, wanted: Collection[str] | None, kinds: ColumnKinds) -> Table:
-    if not recording.topics:
+    if not recording:
         raise DataError(file, "a topic with numbers", "none")
-    columns = recording.together(wanted, kinds)
+    columns = put_together(recording, wanted, kinds)
     return replace(table_of(file, [*columns], [*columns.values()], 1, {}), polled=False)
 
 

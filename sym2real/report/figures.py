@@ -5,7 +5,6 @@ from dataclasses import replace
 from itertools import cycle
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from sym2real.dataset import Dataset
@@ -29,7 +28,11 @@ def path_figure(trajectory: Trajectory) -> Figure:
     figure = Figure(figsize=(10, 4.5), layout="constrained")
     *above, over_time = figure.subplots(1, 2 if plane else 1, squeeze=False)[0]
     for axis in above:
-        _from_above(axis, trajectory)
+        axis.plot(trajectory.column("x"), trajectory.column("y"), color=MEASURED, label="measured")
+        if "ref_x" in trajectory.extra:
+            axis.plot(trajectory.extra["ref_x"], trajectory.extra["ref_y"], "--", color=REFERENCE, label="reference")
+        axis.set(xlabel="x in m", ylabel="y in m", aspect="equal")
+        axis.set_title(trajectory.name, parse_math=False)
     for column, style in zip(columns, cycle(("-", "--", ":")), strict=False):
         over_time.plot(trajectory.time, trajectory.column(column), style, color=MEASURED, label=column)
         if f"ref_{column}" in trajectory.extra:
@@ -39,14 +42,6 @@ def path_figure(trajectory: Trajectory) -> Figure:
     over_time.set(xlabel="time in s", ylabel=f"position in {', '.join(units)}")
     legend_below(figure)
     return figure
-
-
-def _from_above(above: Axes, trajectory: Trajectory) -> None:
-    above.plot(trajectory.column("x"), trajectory.column("y"), color=MEASURED, label="measured")
-    if "ref_x" in trajectory.extra:
-        above.plot(trajectory.extra["ref_x"], trajectory.extra["ref_y"], "--", color=REFERENCE, label="reference")
-    above.set(xlabel="x in m", ylabel="y in m", aspect="equal")
-    above.set_title(trajectory.name, parse_math=False)
 
 
 def charts_figure(charts: Sequence[Chart], title: str = "", *, beside: int | None = None) -> Figure:

@@ -42,14 +42,11 @@ def ladder_table(
         here = stage.horizons[horizon]
         first, *others = [number(error.value) for error in here.values()]
         rows.append((escape(stage.model), first, f"{number(here[main].low, 2)}…{number(here[main].high, 2)}", *others))
-    lowest = next((at.errors for at in floor if at.horizon == horizon), None)
-    if lowest is not None:
-        first, *others = [number(lowest.get(channel, (math.nan, ""))[0], 2) for channel in channels]
-        rows.append((f"[dim]{LOWEST}[/]", first, "", *others))
-    noise = next((at.noise for at in floor if at.horizon == horizon and at.noise), None)
-    if noise is not None:
-        first, *others = [number(noise.get(channel, math.nan), 2) for channel in channels]
-        rows.append((f"[dim]{NOISE}[/]", first, "", *others))
+    for at in (at for at in floor if at.horizon == horizon):
+        for label, level in ((LOWEST, {name: error for name, (error, _) in at.errors.items()}), (NOISE, at.noise)):
+            if level:
+                first, *others = [number(level.get(channel, math.nan), 2) for channel in channels]
+                rows.append((f"[dim]{label}[/]", first, "", *others))
     title = f"the ladder: error {horizon:.3g} s ahead on {_names(held_out, apart)}"
     table = compact_table(title, ("model", names[0], "95 %", *names[1:]), rows, left=("model",))
     table.padding = (0, 0)  # the box parts columns by one space: four channels and long intervals stay within 80

@@ -130,12 +130,10 @@ def episode_table(reports: Sequence[EpisodeReport]) -> Table:
     return table_of("episodes in the plain simulator", headings, rows, left=("flown",))
 
 
-def flight_table(flights: Sequence[Flight], plant: str = "simulator") -> Table:
-    """One row per flight or drive in a plant: how well it tracked, and how long choosing an action took."""
-    unit = unit_of_place(flights[0].trajectory.layouts.state) if flights else "m"
+def flight_table(flight: Flight, plant: str) -> Table:
+    """How well a flight or drive in a plant tracked, and how long choosing an action took."""
+    unit = unit_of_place(flight.trajectory.layouts.state)
     headings = ("task", "ended", f"mean error {unit}", f"last second {unit}", "action median ms", "p99 ms")
-    rows = []
-    for flight in flights:
-        sizes = (flight.tracking, flight.final, 1e3 * flight.act_median, 1e3 * flight.act_p99)
-        rows.append((flight.trajectory.name, "by a crash" if flight.crashed else "in time", *map(number, sizes)))
-    return table_of(f"flown in the {plant}", headings, rows, left=("task", "ended"))
+    sizes = (flight.tracking, flight.final, 1e3 * flight.act_median, 1e3 * flight.act_p99)
+    row = (flight.trajectory.name, "by a crash" if flight.crashed else "in time", *map(number, sizes))
+    return table_of(f"flown in the {plant}", headings, [row], left=("task", "ended"))

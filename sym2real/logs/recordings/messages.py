@@ -31,19 +31,17 @@ def recording(topics: Mapping[str, Messages]) -> Recording:
     filled = {name: messages for name, messages in topics.items() if messages.columns and len(messages.nanoseconds)}
     stamps = {name: np.asarray(messages.nanoseconds, dtype=np.int64) for name, messages in filled.items()}
     start = min((values.min() for values in stamps.values()), default=0)
-    return Recording(
-        tuple(
-            Topic(
-                name,
-                (stamps[name] - start) / NANOSECONDS,
-                {
-                    f"{name}.{field}": np.asarray(values, float)
-                    for field, values in messages.columns.items()
-                    if not np.isnan(values).all()
-                },
-            )
-            for name, messages in filled.items()
+    return tuple(
+        Topic(
+            name,
+            (stamps[name] - start) / NANOSECONDS,
+            {
+                f"{name}.{field}": np.asarray(values, float)
+                for field, values in messages.columns.items()
+                if not np.isnan(values).all()
+            },
         )
+        for name, messages in filled.items()
     )
 
 

@@ -80,43 +80,34 @@ class Topic:
         return float((len(self.stamps) - 1) / lasts) if lasts > 0 else 0.0
 
 
-@dataclass(frozen=True, eq=False)
-class Recording:
-    """Topics of one file.
+Recording = tuple[Topic, ...]  # of one file, each with a message at least
+
+
+def put_together(
+    recording: Recording, wanted: Collection[str] | None = None, kinds: ColumnKinds = BY_NAMES
+) -> dict[str, Array]:
+    """Columns ``# (rows,)`` of the topics that hold one of the wanted columns, and :data:`TIME`.
 
     Args:
-        topics: each with a message at least.
+        recording: topics.
+        wanted: names of columns; None for those whose names say that they belong to a robot's log. Where no topic
+            holds one, all topics are taken.
+        kinds: of columns, where their names do not say so.
     """
-
-    topics: tuple[Topic, ...]
-
-    @property
-    def columns(self) -> list[str]:
-        """Names of all columns."""
-        return [name for topic in self.topics for name in topic.columns]
-
-    def together(self, wanted: Collection[str] | None = None, kinds: ColumnKinds = BY_NAMES) -> dict[str, Array]:
-        """Columns ``# (rows,)`` of the topics that hold one of the wanted columns, and :data:`TIME`.
-
-        Args:
-            wanted: names of columns; None for those whose names say that they belong to a robot's log. Where no topic
-                holds one, all topics are taken.
-            kinds: of columns, where their names do not say so.
-        """
-        asked = set(_recognised(self.columns) if wanted is None else wanted)
-        used = [topic.in_order() for topic in self.topics if asked & topic.columns.keys()]
-        used = used or [topic.in_order() for topic in self.topics]
-        rows = max(used, key=lambda topic: (not all(map(kinds.is_command, topic.columns)), topic.rate))
-        start = min(topic.stamps[0] for topic in used)
-        table = {TIME: rows.stamps - start, **rows.columns}
-        for topic in used:
-            if topic is not rows:
-                table |= _at(topic, rows.stamps, kinds)
-        return table
+    asked = set(_recognised(recording) if wanted is None else wanted)
+    used = [topic.in_order() for topic in recording if asked & topic.columns.keys()]
+    used = used or [topic.in_order() for topic in recording]
+    rows = max(used, key=lambda topic: (not all(map(kinds.is_command, topic.columns)), topic.rate))
+    start = min(topic.stamps[0] for topic in used)
+    table = {TIME: rows.stamps - start, **rows.columns}
+    for topic in used:
+        if topic is not rows:
+            table |= _at(topic, rows.stamps, kinds)
+    return table
 
 
-def _recognised(columns: list[str]) -> list[str]:
-    sorted_out = assign(columns)
+def _recognised(recording: Recording) -> list[str]:
+    sorted_out = assign([name for topic in recording for name in topic.columns])
     parts = [*sorted_out.quaternions.values(), *sorted_out.angles.values(), sorted_out.columns]
     return [column for part in parts for column in part.values()]
 
@@ -157,8 +148,7 @@ def _heard(own: Array, stamps: Array) -> Array:
     before = (np.searchsorted(own, stamps, side="right") - 1).clip(0, len(own) - 1)
     inside = (own[0] <= stamps) & (stamps <= own[-1])
     period = float(np.median(np.diff(own))) if len(own) > 1 else 0.0
-    close: Array = inside & (own[after] - own[before] <= SILENCE * period)
-    return close
+    return np.asarray(inside & (own[after] - own[before] <= SILENCE * period))
 
 
 def _without_jumps(columns: Mapping[str, Array], kinds: ColumnKinds) -> dict[str, Array]:

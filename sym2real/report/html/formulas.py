@@ -52,7 +52,8 @@ def formulas(base: Equations, findings: Sequence[Finding]) -> list[Formulas]:
     marked = new | {symbol(name) for name in changed}
     every = [formula for formula in put_in if len(formula.after) > LONG]
     for column, now in after.next.items():
-        every.append(both(f"{column} after a step", before.next.get(column), now, _in(now, marked)))
+        there = [entry for entry in marked if entry.name in names_in(now)]
+        every.append(both(f"{column} after a step", before.next.get(column), now, there))
     short = [formula for formula in put_in if len(formula.after) <= LONG]
     return [
         *([Formulas("What is put into the equations", short, _reading(READING, short))] if short else []),
@@ -75,10 +76,6 @@ def _attitude(equations: Equations) -> dict[Expr, Expr]:
         for column, axis in enumerate(axes(body), start=1)
         for row, entry in enumerate(axis, start=1)
     }
-
-
-def _in(expression: Expr, marked: Collection[Symbol]) -> list[Symbol]:
-    return [entry for entry in marked if entry.name in names_in(expression)]
 
 
 def _shown(name: str) -> str:

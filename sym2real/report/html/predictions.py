@@ -15,6 +15,7 @@ from sym2real.diagnosis.data.start import Start, start_states
 from sym2real.diagnosis.data.windows import JUDGED_AT, stride_of
 from sym2real.effects.along_logs import predicted_from
 from sym2real.protocols import DynamicsModel
+from sym2real.trajectory import Trajectory
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +53,11 @@ class Starts:
         return cls(data, log, row, state, steps)
 
     @property
+    def by_log(self) -> list[tuple[Trajectory, NDArray[np.bool_]]]:
+        """Every log, and which windows lie in it ``# (W,)``."""
+        return [(log, self.log == index) for index, log in enumerate(self.data)]
+
+    @property
     def left(self) -> NDArray[np.int64]:
         """Rows that each window's log has behind its start ``# (W,)``."""
         return np.array([len(log) for log in self.data])[self.log] - 1 - self.row
@@ -60,9 +66,7 @@ class Starts:
     def measured(self) -> Tensor:
         """``# (W, steps, state)``; behind a log's end its last row."""
         ahead = self.row[:, None] + np.minimum(np.arange(1, self.steps + 1), self.left[:, None])
-        return torch.as_tensor(
-            np.concatenate([log.state[ahead[self.log == index]] for index, log in enumerate(self.data)])
-        )
+        return torch.as_tensor(np.concatenate([log.state[ahead[mine]] for log, mine in self.by_log]))
 
     def predicted(self, model: DynamicsModel, logs: Dataset) -> Tensor:
         """What a model predicts ``# (W, steps, state)``; behind a log's end not a number.
@@ -85,8 +89,7 @@ class Starts:
             predicted: of every window ``# (W, steps, state)``.
         """
         by_log = []
-        for index, log in enumerate(self.data):
-            mine = self.log == index
+        for log, mine in self.by_log:
             rows, pieces = self.row[mine], predicted[torch.as_tensor(mine)].numpy()
             stride = int(rows[1] - rows[0]) if len(rows) > 1 else 1
             every = max(1, min(round(JUDGED_AT / log.dt), self.steps) // stride)

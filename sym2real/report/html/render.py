@@ -26,11 +26,9 @@ from sym2real.report.html.sentences import plain, sentence
 from sym2real.report.tables import number
 from sym2real.trajectory import Array
 
-STYLES, CHART_SCRIPTS, SCRIPTS = (
-    ("uPlot.min.css", "page.css"),
-    ("uPlot.iife.min.js",),
-    ("data.js", "charts.js", "page.js"),
-)
+STYLES = ("uPlot.min.css", "page.css")
+CHART_SCRIPTS = ("uPlot.iife.min.js",)
+SCRIPTS = ("data.js", "charts.js", "page.js")
 
 
 class Arrays:
@@ -63,7 +61,9 @@ def write_page(page: Page, file: Path) -> Path:
 def render(page: Page) -> str:
     """HTML of a page."""
     arrays, charts = Arrays(), list[Any]()
-    assets = {"style": _text(STYLES), "chart": _text(CHART_SCRIPTS), "page": _module(SCRIPTS)}
+    # The page's modules as one: what they export, the last one uses.
+    script = _text(SCRIPTS).replace("\nexport class ", "\nclass ")
+    assets = {"style": _text(STYLES), "chart": _text(CHART_SCRIPTS), "page": script}
 
     def numbered(chart: Chart) -> int:
         charts.append(_packed(chart, arrays))
@@ -74,18 +74,15 @@ def render(page: Page) -> str:
         about = {"charts": charts, "arrays": arrays.text, "seconds": [log[1] for log in page.logs]}
         return Markup(in_script(about))
 
-    return (
-        _environment()
-        .from_string(_text(("page.html",)))
-        .render(
-            page=page,
-            number_of=numbered,
-            array_of=arrays.add,
-            assets={name: Markup(text) for name, text in assets.items()},
-            hashes={name: Markup(f"'sha256-{_digest(text)}'") for name, text in assets.items()},
-            data=data,
-            version=__version__,
-        )
+    template = _environment().from_string(_text(("page.html",)))
+    return template.render(
+        page=page,
+        number_of=numbered,
+        array_of=arrays.add,
+        assets={name: Markup(text) for name, text in assets.items()},
+        hashes={name: Markup(f"'sha256-{_digest(text)}'") for name, text in assets.items()},
+        data=data,
+        version=__version__,
     )
 
 
@@ -119,11 +116,6 @@ def _environment() -> Environment:
 def _text(names: tuple[str, ...]) -> str:
     folder = resources.files(__package__) / "assets"
     return "\n".join((folder / name).read_text(encoding="utf-8").strip() for name in names)
-
-
-def _module(names: tuple[str, ...]) -> str:
-    """Modules as one: what they export, the last one uses."""
-    return _text(names).replace("\nexport class ", "\nclass ")
 
 
 def _digest(text: str) -> str:

@@ -60,17 +60,15 @@ def failing(comparison: Comparison, observed: Observed) -> Section:
 def _along(comparison: Comparison, observed: Observed) -> list[Chart]:
     """Charts of one log: its path, and errors over time."""
     starts, units = observed.starts, channel_units(observed.layout)
-    times = [log.time[starts.row[starts.log == index]] - log.time[0] for index, log in enumerate(starts.data)]
+    times = [log.time[starts.row[mine]] - log.time[0] for log, mine in starts.by_log]
     charts = []
     if all(column in observed.layout for column in PLANE):
         charts.append(_path(comparison, observed, times))
     reading = "Each point is the error at the end of a window that starts there; the slider moves the cursor."
     for channel in judged(observed.by_window):
-        title, labels = (
-            f"{channel} error {observed.ahead:g} s ahead",
-            ("start of the window in s", f"error in {units[channel]}"),
-        )
-        lines = of_model([observed.by_window[channel][:, starts.log == index] for index in range(len(times))])
+        title = f"{channel} error {observed.ahead:g} s ahead"
+        labels = ("start of the window in s", f"error in {units[channel]}")
+        lines = of_model([observed.by_window[channel][:, mine] for _, mine in starts.by_log])
         charts.append(Chart(title, reading, *labels, times, lines, kind="time", zero=True))
     return charts
 
@@ -82,16 +80,14 @@ def _path(comparison: Comparison, observed: Observed, times: list[Array]) -> Cha
     excess = np.sqrt(np.maximum(np.square(observed.by_window["position"]) - lowest**2, 0.0))
     ends = [part * float(np.nanquantile(excess[0], 0.95)) for part in CLASSES]
     places = np.where(np.isnan(excess), -1, np.digitize(excess, ends))  # (B, W)
-    mine = [starts.log == index for index in range(len(times))]
-    across, up = (
-        [log.column(column)[starts.row[own]] for log, own in zip(starts.data, mine, strict=True)] for column in PLANE
-    )
+    across, up = ([log.column(column)[starts.row[mine]] for log, mine in starts.by_log] for column in PLANE)
     names = [f"below {number(ends[0], 2)} m"]
     names += [f"{number(low, 2)} to {number(high, 2)} m" for low, high in pairwise(ends)]
     names.append(f"over {number(ends[-1], 2)} m")
     lines = [Line("measured", "measured", up, x=across)]
     for name, role in zip(names, EXCESS, strict=True):
-        heights = [_in_class(places[:, own], own_up, len(lines) - 1) for own, own_up in zip(mine, up, strict=True)]
+        pairs = zip(starts.by_log, up, strict=True)
+        heights = [_in_class(places[:, mine], own_up, len(lines) - 1) for (_, mine), own_up in pairs]
         lines.append(Line(name, role, heights, x=across, switched=True))
     reading = f"The thicker, the larger the position error {observed.ahead:g} s ahead, beyond the sensors' noise."
     return Chart("path from above", reading, "x in m", "y in m", times, lines, kind="path")
@@ -137,12 +133,8 @@ def remaining(comparison: Comparison, diagnosis: Diagnosis | None) -> Section:
     """
     parts: list[Part] = []
     if diagnosis is not None:
-        left = [
-            *in_words.leftover_lines(diagnosis.leftovers),
-            *in_words.proposal_lines(diagnosis.proposal),
-            in_words.misfit_line(diagnosis),
-        ]
-        parts.append(Lines("Left over", sentences(map(plain, left))))
+        left = [*in_words.leftover_lines(diagnosis.leftovers), *in_words.proposal_lines(diagnosis.proposal)]
+        parts.append(Lines("Left over", sentences(map(plain, [*left, in_words.misfit_line(diagnosis)]))))
     if comparison.residuals is not None and comparison.residuals.lines():
         parts.append(Lines("One step ahead", sentences(comparison.residuals.lines())))
     if comparison.data is not None:

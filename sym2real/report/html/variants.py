@@ -6,6 +6,7 @@ Findings of a diagnosis that are on have the values of their joint estimate.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import product
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import Finding
@@ -29,7 +30,7 @@ class Switch:
 
 def subsets(count: int) -> list[tuple[bool, ...]]:
     """Every combination of so many switches; the first switch is the lowest bit of a combination's place."""
-    return [tuple(bool(place >> bit & 1) for bit in range(count)) for place in range(2**count)]
+    return [on[::-1] for on in product((False, True), repeat=count)]
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,8 @@ softplus. Source: K. Chua et al., "Deep reinforcement learning in a handful of t
 models" (PETS), NeurIPS 2018, appendix A.1.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import torch
 from torch import Tensor, nn
@@ -42,10 +40,9 @@ class Ensemble(Predicting, nn.Module):
         ShapeError: without a member, or with a hidden layer of no unit.
     """
 
-    if TYPE_CHECKING:  # TorchScript cannot read postponed annotations of attributes
-        input_mean: Tensor
-        input_scale: Tensor
-        output_scale: Tensor
+    input_mean: Tensor
+    input_scale: Tensor
+    output_scale: Tensor
 
     def __init__(
         self,

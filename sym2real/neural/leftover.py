@@ -9,8 +9,6 @@ than a single one: the base is never called again. What is neglected is of secon
 residual learns. A, B and G are central differences through the base in double precision.
 """
 
-from __future__ import annotations
-
 import copy
 from collections.abc import Callable
 from dataclasses import dataclass, replace

@@ -5,8 +5,6 @@ Beside the files of equations (:mod:`sym2real.symbolic.storage`) stand ``ensembl
 that is mixed from two models is refused. ``module.pt`` is the whole, for programs without this package. No pickle.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Mapping

@@ -12,8 +12,6 @@ by validation on whole windows, inside bounds, and so is the share of every colu
 weight decay regularization", ICLR 2019.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace

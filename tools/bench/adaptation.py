@@ -9,8 +9,6 @@ What MuJoCo itself reaches is kept in ``adaptation_references.json``, and taken 
 Without ``--cases`` the bases from scratch belong to it. ``--quick`` takes one seed, and a case of each kind.
 """
 
-from __future__ import annotations
-
 import sys
 from dataclasses import dataclass, replace
 from pathlib import Path

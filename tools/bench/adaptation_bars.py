@@ -1,7 +1,5 @@
 """Bars of the adaptation study, from the answers that its sweeps have kept."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np

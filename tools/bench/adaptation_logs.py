@@ -6,8 +6,6 @@ diagnosis has no seed; networks have several.
     python tools/bench/adaptation_logs.py --json build/adaptation_logs.json
 """
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

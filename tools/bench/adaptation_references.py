@@ -4,8 +4,6 @@ A record is taken only where the reference still does the same: the case and the
 commands that it sends, which follow from target, cost, samples, noise and MuJoCo alike. Whatever else is run anew.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path

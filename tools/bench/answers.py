@@ -1,7 +1,5 @@
 """The answer of a diagnosis as a bench keeps it, and what it is worth against one truth or another answer."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping, Sequence
 from fnmatch import fnmatch
 from typing import Any

@@ -1,7 +1,5 @@
 """What a learned base is worth in flight: against MPPI that plans with MuJoCo itself, and on goals it never saw."""
 
-from __future__ import annotations
-
 import sys
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace

@@ -6,8 +6,6 @@ Fresh seeds: nothing in the package was tuned on them. ``--quick`` leaves out th
     python tools/bench/base_model.py --json build/base_model.json
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace

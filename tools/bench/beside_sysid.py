@@ -9,8 +9,6 @@ is. The last two logs take no part in its fit; ours is scored there too. Needs t
     python tools/bench/beside_sysid.py --cases 10 --sealed --json build/beside_sysid.json
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Sequence
 from contextlib import redirect_stdout

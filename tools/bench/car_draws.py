@@ -7,8 +7,6 @@ against a base from the plain simulator, which gets logs of 40 Hz resampled, and
     python tools/bench/car_draws.py --cases 20 --sealed --json build/car_draws.json
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from functools import partial
 

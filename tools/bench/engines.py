@@ -6,8 +6,6 @@ runs where Julia is: ``--engines beam operon pysr``.
     python tools/bench/engines.py --json build/engines.json
 """
 
-from __future__ import annotations
-
 import resource
 from collections.abc import Callable
 from dataclasses import dataclass

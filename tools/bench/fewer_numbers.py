@@ -8,8 +8,6 @@ rates, or of steering and speed; what a diagnosis of the healthy robot's runs fi
     python tools/bench/fewer_numbers.py --cases 20 --sealed --json build/fewer_numbers.json
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 from functools import partial

@@ -1,7 +1,5 @@
 """Figures of a benchmark: printed as a table with their bars, and written as JSON."""
 
-from __future__ import annotations
-
 import json
 import os
 import platform

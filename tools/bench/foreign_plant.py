@@ -1,7 +1,5 @@
 """A plant on somebody else's simulator: the noisy sensors of the standard set, and commands that may arrive late."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 

@@ -7,8 +7,6 @@ the start by hand in between.
     python tools/bench/hardware_car.py
 """
 
-from __future__ import annotations
-
 import json
 import logging
 import math

@@ -5,8 +5,6 @@ It runs hardware_timing.py, hardware_faults.py and hardware_car.py one after the
     python tools/bench/hardware_loop.py
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

@@ -7,8 +7,6 @@ docs/hardware.md; the model is the plain simulator's base, learned once and cach
     python tools/bench/hardware_story.py --prefix "chrt -r 5"     # on a machine that others use
 """
 
-from __future__ import annotations
-
 import json
 import shlex
 import subprocess

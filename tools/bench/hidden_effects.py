@@ -9,8 +9,6 @@ stopped goes on from it; ``--before FOLDER`` holds the answers against those tha
     python tools/bench/hidden_effects.py --quick --cases 10 --no-control --folder build/now --before build/earlier
 """
 
-from __future__ import annotations
-
 import json
 import re
 from collections import Counter

@@ -5,8 +5,6 @@ An answer is right when it is the true effect or a member of its group in ``sym2
 heading turns, wind and a tilted mounting are not a group.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -9,8 +9,6 @@ made at the logs' own step, with what a diagnosis of the healthy robot's runs ad
     python tools/bench/invariance.py --cases 60 --sealed --json build/invariance.json
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import partial

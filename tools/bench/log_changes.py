@@ -1,7 +1,5 @@
 """What may be done to logs without changing what a diagnosis should say of them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 

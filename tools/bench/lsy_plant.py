@@ -5,8 +5,6 @@ four motor speeds; the rate loop in front of it is that of the Crazyflie the bas
 ``bench``; nothing of it is in this project.
 """
 
-from __future__ import annotations
-
 import tomllib
 import warnings
 from collections.abc import Mapping

@@ -10,8 +10,6 @@ its place is what should not be.
     python tools/bench/measured_invariance.py --json build/measured_invariance.json
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import partial

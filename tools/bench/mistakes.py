@@ -7,8 +7,6 @@ A mistake is a function of a log's columns and of the seed's generator of random
 :attr:`Mistake.keys` (patterns), or by a sentence that :attr:`Mistake.words` (a regular expression) is found in.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace

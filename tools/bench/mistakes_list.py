@@ -1,7 +1,5 @@
 """The mistakes that are made with each robot; of the quadrotor and of the car forty and more."""
 
-from __future__ import annotations
-
 import numpy as np
 from mistakes import (
     DEGREES,

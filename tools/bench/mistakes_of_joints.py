@@ -1,7 +1,5 @@
 """Mistakes in the logs of a robot of joints: most are one mistake at one of its joints, or at all of them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

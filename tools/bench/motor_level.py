@@ -1,7 +1,5 @@
 """First-principles equations at motor level for a real flight whose log has motor commands and no rate commands."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from sym2real.experiments.thrust_of_log import CALIBRATION_SECONDS

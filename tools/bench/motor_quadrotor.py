@@ -5,8 +5,6 @@ brakes it by κ k ω². What the servo gives reacts on the body: drag torque and
 of MuJoCo's own dynamics.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any

@@ -9,8 +9,6 @@ The extra ``bench`` brings JAX and sympytorch; what is not installed is left out
 ``gpu``) times the kernel and torch there, alone.
 """
 
-from __future__ import annotations
-
 import gc
 import os
 import time

@@ -1,7 +1,5 @@
 """Everybody who takes a step of MPPI in the comparison, held to float64 torch before anything is timed."""
 
-from __future__ import annotations
-
 import importlib.util
 from collections.abc import Callable
 from dataclasses import dataclass, field

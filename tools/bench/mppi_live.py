@@ -1,7 +1,5 @@
 """What a control loop feels: first calls, missed periods alone and beside busy processes, the diagnosis, the import."""
 
-from __future__ import annotations
-
 import logging
 import os
 import subprocess

@@ -4,8 +4,6 @@ Each function returns one step as a callable without arguments, and the rollout 
 ``# (N, state), (N, H, action)`` → ``# (N, H, state)``.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -7,8 +7,6 @@ step of the base from the plain simulator. What is said of the damage itself is 
     python tools/bench/null_logs.py --cases 100 --sealed --json build/null_logs.json
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace

@@ -13,8 +13,6 @@ tyres, and the arm from the rear axle to its centre.
     python tools/bench/other_simulators.py --cases "stock Crazyflie" --json build/other_simulators.json
 """
 
-from __future__ import annotations
-
 import os
 import sys
 from collections.abc import Callable, Iterator, Mapping

@@ -9,8 +9,6 @@ the other sets all logs together.
     python tools/bench/real_logs.py --sets mushr_steering_offset
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass

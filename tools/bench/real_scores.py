@@ -1,7 +1,5 @@
 """What diagnoses of the measured logs are worth: one figure per bar of the issue."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -8,8 +8,6 @@ as Parquet, a flight of formulas at 100 Hz and at 1 kHz, it is how long `inspect
     python tools/bench/recordings.py
 """
 
-from __future__ import annotations
-
 import sys
 import tempfile
 import time

@@ -1,7 +1,5 @@
 """What benches of many cases share: seeds, questions, answers that are kept, tables of them, shares with intervals."""
 
-from __future__ import annotations
-
 import re
 import sys
 from collections.abc import Callable, Iterable, Sequence

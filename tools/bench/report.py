@@ -5,8 +5,6 @@ Ten simulated flights of 400 rows and five effects, so that every one of 32 mode
 are those that were simulated, with their true values: what is measured is the page, not the diagnosis.
 """
 
-from __future__ import annotations
-
 import time
 from dataclasses import dataclass
 from pathlib import Path

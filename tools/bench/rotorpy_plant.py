@@ -4,8 +4,6 @@ S. Folk, J. Paulos, V. Kumar, "RotorPy: A Python-based Multirotor Simulator with
 Research", arXiv 2306.04485. Installed with the extra ``bench``; nothing of it is in this project.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any

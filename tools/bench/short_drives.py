@@ -4,8 +4,6 @@ Steering and speed go in steps; the pose has the noise of a localisation by lida
 smallest that ``plan`` says these drives show and tell from others.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Single effects in several sizes, of which the standard set has all."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 

@@ -7,8 +7,6 @@ Cases are single effects, spread evenly over the set; sealed ones have other noi
     python tools/bench/standard_answers.py --cases 60 --sealed
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial

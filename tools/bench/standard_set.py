@@ -5,8 +5,6 @@ an integrator, trimmed before the log starts, without which no robot that is too
 The effects of a case are in its plant alone: nothing in the data names them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 

@@ -10,8 +10,6 @@ list has are spread evenly over it.
     python tools/bench/user_mistakes.py --cases 40 --sealed --json build/user_mistakes.json
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial

@@ -19,7 +19,7 @@ from torch.nn.functional import softplus
 from sym2real.errors import ShapeError
 from sym2real.layout import Layouts
 from sym2real.neural.manifold import manifold_of
-from sym2real.neural.networks import Networks
+from sym2real.neural.networks import PAPER, Networks
 from sym2real.neural.residual_mlp import joined
 from sym2real.symbolic.predicting import Predicting
 
@@ -48,7 +48,7 @@ class Ensemble(Predicting, nn.Module):
         self,
         layouts: Layouts,
         members: int = 4,
-        widths: Sequence[int] = (200, 200, 200, 200),
+        widths: Sequence[int] = PAPER,
         seed: int = 0,
         *,
         probabilistic: bool = False,

@@ -24,10 +24,10 @@ from sym2real.neural.blocks import blocks_of
 from sym2real.neural.descent import Descent, descend
 from sym2real.neural.ensemble import Ensemble
 from sym2real.neural.leftover import runs_of
+from sym2real.neural.networks import PAPER
 from sym2real.neural.normal import Normal
 from sym2real.threads import one_thread
 
-PAPER = (200, 200, 200, 200)
 BOUNDS = 0.01  # weight of the width between the variance's bounds (PETS, A.1)
 
 

@@ -6,7 +6,6 @@ diagnosis has no seed; networks have several.
     python tools/bench/adaptation_logs.py --json build/adaptation_logs.json
 """
 
-import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import torch
 import tyro
-from figures import Figure, report
+from figures import Figure, report, say
 from real_logs import DATA
 
 from sym2real.dataset import Dataset
@@ -44,11 +43,6 @@ class Options:
     seeds: tuple[int, ...] = SEEDS
     counts: tuple[int, ...] = ()
     json: Path | None = None
-
-
-def say(text: str) -> None:
-    """A line of what is going on, or why nothing is."""
-    print(text, file=sys.stderr, flush=True)
 
 
 def log_figures(seeds: Sequence[int] = SEEDS, counts: Sequence[int] = ()) -> list[Figure]:

@@ -118,6 +118,12 @@ def all_matched(matches: Sequence[Sequence[bool]]) -> bool:
     return not matches or (table.size > 0 and int(table[linear_sum_assignment(-table)].sum()) == len(matches))
 
 
+def parameter_error(truth: Mapping[str, float], null: Mapping[str, float], found: Mapping[str, float]) -> float:
+    """|found − true| / |true − null| over the parameters of the true effect; those not found are at null."""
+    off = [found.get(name, null[name]) - value for name, value in truth.items()]
+    return float(np.linalg.norm(off) / np.linalg.norm([value - null[name] for name, value in truth.items()]))
+
+
 def same_first(one: Record, other: Record) -> bool:
     """Whether two answers begin with the same effect, or with members of one group of physics; or both with none."""
     if not (one["findings"] and other["findings"]):

@@ -15,8 +15,8 @@ from typing import Literal
 import numpy as np
 import torch
 import tyro
-from base_flown import CLOSED_LOOP_SEEDS, CM, STAGE_SEED, TEST_SEED, TRAIN_SEED, closed_loop, say, zero_shot
-from figures import Figure, report
+from base_flown import CLOSED_LOOP_SEEDS, CM, STAGE_SEED, TEST_SEED, TRAIN_SEED, closed_loop, zero_shot
+from figures import Figure, report, say
 from wild_flights import reverse_drives, wild_drives, wild_flights
 
 from sym2real.adaptation import StageOne, stage_one

@@ -14,9 +14,9 @@ from pathlib import Path
 import numpy as np
 import torch
 import tyro
-from base_flown import TEST_SEED, TRAIN_SEED, say
-from base_model import position_errors
-from figures import Figure, report
+from base_flown import TEST_SEED, TRAIN_SEED
+from base_model import position_errors, spread
+from figures import Figure, report, say
 from wild_flights import wild_drives, wild_flights
 
 from sym2real.dataset import Dataset
@@ -58,8 +58,7 @@ def measured(engine: str, robot: Robot, training: Dataset, tests: tuple[Dataset,
     inside, outside = (position_errors(equations, test) for test in tests)
     name = f"{engine}, {robot.name}, {len(training)} trajectories"
     return [
-        Figure(f"{name}: median", float(np.median(inside)), "cm"),
-        Figure(f"{name}: p95", float(np.quantile(inside, 0.95)), "cm"),
+        *spread(name, inside),
         Figure(f"{name}: out of distribution, median", float(np.median(outside)), "cm"),
         Figure(f"{name}: largest equation", max(equations.complexity().values()), "nodes"),
         Figure(f"{name}: search", seconds, "CPU s"),

@@ -49,11 +49,7 @@ class Options:
 
 def half(number: int) -> Change:
     """The first (0) or the second (1) half of every log."""
-
-    def of(data: Dataset, _: np.random.Generator) -> Dataset:
-        return Dataset(log.rows(number * len(log) // 2, (number + 1) * len(log) // 2) for log in data)
-
-    return of
+    return lambda data, _: Dataset(log.rows(number * len(log) // 2, (number + 1) * len(log) // 2) for log in data)
 
 
 def without(left_out: int) -> Change:

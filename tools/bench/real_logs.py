@@ -28,10 +28,10 @@ from sym2real.logs import read_logs
 from sym2real.plants import MujocoPlant
 from sym2real.report.diagnosis import diagnosis_report
 from sym2real.robots import ROBOTS, car, quadrotor
+from sym2real.robots.mushr import WHEELBASE
 from sym2real.symbolic import Equations
 
 DATA = Path(os.environ.get("SYM2REAL_DATA", Path(__file__).resolve().parents[3] / "shared" / "data"))
-WHEELBASE = 0.2955  # m, FACTS of the robot
 SCORES = {
     "crazyflie_two_pennies": penny_figures,
     "mushr_steering_offset": car_figures,

@@ -17,7 +17,7 @@ from answers import Record, named, names, same_group, with_findings
 from bases import Base, base_of, diagnosed
 from figures import Figure, report
 from null_logs import alarm
-from repeated import Asked, Run, Settings, print_table, share
+from repeated import Asked, Run, Settings, print_table, share, spread_over
 from standard_cases import standard_cases
 from standard_set import Case, simulate_case
 
@@ -76,10 +76,9 @@ def answers(base: Base, case: Case, more: tuple[str, dict[str, float]], tell: Te
 def chosen(options: Options, robot: str) -> Iterator[tuple[Case, tuple[str, dict[str, float]]]]:
     """Cases, each with a second effect that is no equivalent of its own."""
     singles = [case for case in standard_cases(robot) if len(case.effects) == 1]
-    count = min(options.run.cases, len(singles))
-    cases = [singles[place] for place in np.unique(np.linspace(0, len(singles) - 1, count).round().astype(int))]
+    cases = spread_over(singles, options.run.cases)
     if options.run.sealed or options.run.seeds:
-        seeds = replace(options.run, cases=count).seeds_of(BENCH)
+        seeds = replace(options.run, cases=len(cases)).seeds_of(BENCH)
         cases = [replace(case, seed=seed) for case, seed in zip(cases, seeds, strict=False)]
     for case in cases:
         others = [one for one in singles if not same_group(one.keys[0], case.keys[0])]

@@ -150,8 +150,7 @@ def _misfit(ensemble: Ensemble, outputs: Tensor, change: Tensor) -> Tensor:
     if ensemble.probabilistic:
         log_variance = ensemble.log_variance(outputs)
         squares = squares * (-log_variance).exp() + log_variance
-    mean: Tensor = squares.mean((1, 2))
-    return mean
+    return squares.mean((1, 2))
 
 
 def _width(ensemble: Ensemble) -> Tensor:

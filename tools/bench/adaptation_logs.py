@@ -7,7 +7,6 @@ diagnosis has no seed; networks have several.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -28,21 +27,6 @@ from sym2real.symbolic import Equations
 
 FOLDER, HORIZON, SEEDS = "mushr_steering_offset", 1.0, (1, 2, 3)
 ASKED = ("sr-nn", "sr-memory", "sr-effect", "sr-effect-memory")
-
-
-@dataclass(frozen=True)
-class Options:
-    """Predict the last of the car's logs.
-
-    Args:
-        seeds: of the networks.
-        counts: only after so many logs; after 1, 2, … by default.
-        json: write the figures to this file (- is standard output).
-    """
-
-    seeds: tuple[int, ...] = SEEDS
-    counts: tuple[int, ...] = ()
-    json: Path | None = None
 
 
 def log_figures(seeds: Sequence[int] = SEEDS, counts: Sequence[int] = ()) -> list[Figure]:
@@ -96,12 +80,18 @@ def error_of(model: Model, log: Dataset) -> float:
     return compared.horizons[0].errors["position"].value
 
 
-def main(options: Options) -> None:
-    """Predict, print, write."""
+def main(seeds: tuple[int, ...] = SEEDS, counts: tuple[int, ...] = (), json: Path | None = None) -> None:
+    """Predict the last of the car's logs.
+
+    Args:
+        seeds: of the networks.
+        counts: only after so many logs; after 1, 2, … by default.
+        json: write the figures to this file (- is standard output).
+    """
     torch.set_num_threads(1)
-    figures = log_figures(options.seeds, options.counts)
-    report("MuSHR logs", figures, options.seeds, options.json)
+    figures = log_figures(seeds, counts)
+    report("MuSHR logs", figures, seeds, json)
 
 
 if __name__ == "__main__":
-    main(tyro.cli(Options, description=__doc__))
+    tyro.cli(main, description=__doc__)

@@ -8,7 +8,6 @@ runs where Julia is: ``--engines beam operon pysr``.
 
 import resource
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -26,21 +25,6 @@ from sym2real.robots import CRAZYFLIE, MUSHR, Robot
 
 COUNTS = (1, 2, 3, 5, 10)
 TESTS = 20
-
-
-@dataclass(frozen=True)
-class Options:
-    """Compare the search engines.
-
-    Args:
-        engines: engines to run.
-        counts: numbers of training trajectories.
-        json: write the figures to this file (- is standard output).
-    """
-
-    engines: tuple[str, ...] = ("beam", "operon")
-    counts: tuple[int, ...] = COUNTS
-    json: Path | None = None
 
 
 def cpu_seconds() -> float:
@@ -65,8 +49,16 @@ def measured(engine: str, robot: Robot, training: Dataset, tests: tuple[Dataset,
     ]
 
 
-def main(options: Options) -> None:
-    """Measure, print, write."""
+def main(
+    engines: tuple[str, ...] = ("beam", "operon"), counts: tuple[int, ...] = COUNTS, json: Path | None = None
+) -> None:
+    """Compare the search engines.
+
+    Args:
+        engines: engines to run.
+        counts: numbers of training trajectories.
+        json: write the figures to this file (- is standard output).
+    """
     torch.set_num_threads(1)
     kinds: tuple[tuple[Robot, Callable[..., Dataset], Callable[..., Dataset]], ...] = (
         (CRAZYFLIE, quadrotor_flights, wild_flights),
@@ -75,11 +67,11 @@ def main(options: Options) -> None:
     figures: list[Figure] = []
     for robot, fly, wild in kinds:
         tests = (fly(TESTS, TEST_SEED), wild(TESTS, TEST_SEED))
-        for engine in options.engines:
-            for count in options.counts:
+        for engine in engines:
+            for count in counts:
                 figures += measured(engine, robot, fly(count, TRAIN_SEED), tests)
-    report(f"search engines: {', '.join(options.engines)}", figures, [TRAIN_SEED, TEST_SEED], options.json)
+    report(f"search engines: {', '.join(engines)}", figures, [TRAIN_SEED, TEST_SEED], json)
 
 
 if __name__ == "__main__":
-    main(tyro.cli(Options, description=__doc__))
+    tyro.cli(main, description=__doc__)

@@ -51,8 +51,7 @@ def announced(robot: str, base: Base, place: Path) -> dict[str, float]:
         rows = {(row.effect, row.parameter): row for row in plan(base.equations, runs).visible}
         shown = {key: rows[SEEN[key]] for key in EFFECTS[robot] if SEEN[key] in rows}
         write_text(kept, json.dumps({key: size for key, row in shown.items() if (size := _size(row)) is not None}))
-    found: dict[str, float] = json.loads(kept.read_text())
-    return found
+    return json.loads(kept.read_text())
 
 
 def _size(row: Visible) -> float | None:

@@ -53,8 +53,7 @@ def told(command: Sequence[str], out: Path, prefix: Sequence[str] = ()) -> dict[
     answer = out.with_suffix(".json")
     whole = [*prefix, sys.executable, "-m", *command, "--json", str(answer)]
     subprocess.run(whole, cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
-    result: dict[str, Any] = json.loads(answer.read_text())
-    return result
+    return json.loads(answer.read_text())
 
 
 def flown(model: str, name: str, folder: Path, options: Options) -> dict[str, Any]:

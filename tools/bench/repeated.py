@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, TypeVar
 
@@ -92,6 +92,18 @@ class Settings:
 
 # Among the options of a bench that has others beside them.
 Run = Annotated[Settings, tyro.conf.arg(name="")]
+
+
+@dataclass(frozen=True)
+class OfRobots:
+    """A bench of several robots.
+
+    Args:
+        robots: robots to run.
+    """
+
+    run: Run = field(default_factory=Settings)
+    robots: tuple[str, ...] = ("crazyflie", "mushr")
 
 
 def answers_of(jobs: Sequence[Job], folder: Path, workers: int) -> list[Record]:

@@ -8,7 +8,7 @@ Cases are single effects, spread evenly over the set; sealed ones have other noi
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -17,7 +17,7 @@ from answers import Record, named, names, same_group, with_findings
 from bases import Base, base_of, diagnosed
 from figures import Figure, report
 from null_logs import alarm
-from repeated import Asked, Run, Settings, print_table, share, spread_over
+from repeated import Asked, OfRobots, print_table, share, spread_over
 from standard_cases import standard_cases
 from standard_set import Case, simulate_case
 
@@ -26,18 +26,6 @@ from sym2real.diagnosis import try_effect
 from sym2real.experiments.study.sweep import Tell
 
 BENCH = "standard answers"
-
-
-@dataclass(frozen=True)
-class Options:
-    """Ask on after a diagnosis.
-
-    Args:
-        robots: robots to run.
-    """
-
-    run: Run = field(default_factory=Settings)
-    robots: tuple[str, ...] = ("crazyflie", "mushr")
 
 
 def followed(base: Base, case: Case, more: tuple[str, dict[str, float]]) -> Asked:
@@ -73,7 +61,7 @@ def answers(base: Base, case: Case, more: tuple[str, dict[str, float]], tell: Te
     }
 
 
-def chosen(options: Options, robot: str) -> Iterator[tuple[Case, tuple[str, dict[str, float]]]]:
+def chosen(options: OfRobots, robot: str) -> Iterator[tuple[Case, tuple[str, dict[str, float]]]]:
     """Cases, each with a second effect that is no equivalent of its own."""
     singles = [case for case in standard_cases(robot) if len(case.effects) == 1]
     cases = spread_over(singles, options.run.cases)
@@ -110,7 +98,7 @@ def said(record: Record) -> Sequence[str]:
     return record["robot"], record["truth"], fit, record["more"], *steps
 
 
-def main(options: Options) -> None:
+def main(options: OfRobots) -> None:
     """Simulate, fit, diagnose, print, write."""
     jobs = []
     for robot in options.robots:
@@ -123,4 +111,4 @@ def main(options: Options) -> None:
 
 
 if __name__ == "__main__":
-    main(tyro.cli(Options, description=__doc__))
+    main(tyro.cli(OfRobots, description=__doc__))

@@ -11,7 +11,7 @@ list has are spread evenly over it.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 import tyro
@@ -21,7 +21,7 @@ from figures import Figure, report
 from mistakes import Mistake
 from mistakes_list import JOINTS, MISTAKES
 from new_robots import logs
-from repeated import Asked, Run, Settings, print_table, share, spread_over
+from repeated import Asked, OfRobots, print_table, share, spread_over
 from standard_set import Case, simulate_case
 
 from sym2real.dataset import Dataset
@@ -35,16 +35,13 @@ RUNS = 4
 
 
 @dataclass(frozen=True)
-class Options:
+class Options(OfRobots):
     """Make mistakes in healthy logs.
 
     Args:
-        robots: robots to run.
         only: only these mistakes, by name.
     """
 
-    run: Run = field(default_factory=Settings)
-    robots: tuple[str, ...] = ("crazyflie", "mushr")
     only: tuple[str, ...] = ()
 
 

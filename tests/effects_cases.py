@@ -216,7 +216,7 @@ def predicted(equations: Equations, given: Run) -> Array:
         report = compile_function([equations.output.get(name, symbol(name)) for name in columns], [columns])
         states = report(states)
     for found, values in measurement_filters(equations):
-        states = found.filter(states, equations.dt, numbers(equations, values, None))
+        states = found.filter(states, equations.dt, numbers(equations, values))
     measured: Array = states.numpy()
     return measured
 

@@ -4,8 +4,7 @@ import log_changes
 import mistakes
 import numpy as np
 import pytest
-from mistakes_list import MISTAKES
-from mistakes_of_joints import JOINTS
+from mistakes_list import JOINTS, MISTAKES
 
 from sym2real.dataset import Dataset
 from sym2real.experiments.flights import car_drives, quadrotor_flights

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from cli_results import Refused, result_of
-from motor_level import motor_level_equations
+from real_logs import motor_level_equations
 from rich.console import Console
 from standard_set import Case, simulate_case
 

@@ -10,8 +10,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
-from motor_level import motor_level_equations
 from noisy_flights import flights
+from real_logs import motor_level_equations
 from sympy import sqrt
 
 from sym2real.control import RandomCommands

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from broken_logs import times
-from motor_level import motor_level_equations
 from noisy_flights import flights, flights_with
+from real_logs import motor_level_equations
 from standard_set import Case, simulate_case
 
 from sym2real import rotation

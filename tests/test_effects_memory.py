@@ -165,8 +165,8 @@ def test_values_of_filters_may_be_parameters(commands: Tensor) -> None:
     found = effect("lag", CRAZYFLIE)
     equations = found.substitute(CRAZYFLIE.nominal(), found.symbols())
     assert equations.parameters == {"lag_value": 0.0}
-    sets = torch.tensor([[0.0], [0.05]], dtype=torch.float64)
-    batch = filter_commands(equations, commands, sets)
+    torch.testing.assert_close(filter_commands(equations, commands), commands)
+    batch = found.filter(commands, equations.dt, {"value": torch.tensor([0.0, 0.05], dtype=torch.float64)})
     torch.testing.assert_close(batch[0], commands)
     torch.testing.assert_close(batch[1], filter_commands(equations.at(lag_value=0.05), commands))
     mixed = found.substitute(CRAZYFLIE.nominal(), {"value": 2 * symbol("mine")})

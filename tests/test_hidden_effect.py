@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from answers import same_group
-from motor_level import motor_level_equations
+from real_logs import motor_level_equations
 from standard_set import Case, simulate_case
 
 from sym2real.data import example_flight

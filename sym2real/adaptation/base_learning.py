@@ -185,13 +185,8 @@ class _Loop:
 
     def _fit(self, name: str, episodes: Sequence[Trajectory], start: Equations | None) -> Equations:
         self.on_progress(Progress(f"fitting {len(episodes)} trajectories", 0, 0))
-
-        def fit() -> Equations:
-            robot = self.plant.robot
-            fitted = self.engine.fit(Dataset(episodes).transitions(), start)
-            return robot.signed(fitted)
-
-        return self.record.equations(name, fit)
+        fit, signed = self.engine.fit, self.plant.robot.signed
+        return self.record.equations(name, lambda: signed(fit(Dataset(episodes).transitions(), start)))
 
     def _episode(self, kind: str, number: int, equations: Equations | None, behind: str = "") -> list[Trajectory]:
         """One trajectory or, of random commands, as many as fill the episode."""

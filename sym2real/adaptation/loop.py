@@ -153,22 +153,17 @@ def adapt(
     robot = robot or getattr(target, "robot", None)
     source = source_of(target, task, robot, settings, on_progress, controller=controller)
     rounds = Rounds(folder, source.layouts)
-    rounds.claim(settings_of_run(base, source, learner, settings, inform))
+    rounds.claim(  # what tells a run from another; with more rounds than before it is continued
+        {
+            "model": digest_of(base),
+            "learner": repr(learner) if is_dataclass(learner) else type(learner).__name__,
+            "diagnose": inform is not None,
+            "seed": settings.seed,
+            **source.about,
+        }
+    )
     training = Training(learner, inform, robot, settings.seed, on_progress)
     return _Loop(base, source, robot, training, settings, rounds, on_progress).run()
-
-
-def settings_of_run(
-    base: Model, target: Target, learner: Learner[Any, Any], settings: Adapting, inform: Inform | None
-) -> dict[str, Any]:
-    """What tells a run from another; with more rounds than before it is continued."""
-    return {
-        "model": digest_of(base),
-        "learner": repr(learner) if is_dataclass(learner) else type(learner).__name__,
-        "diagnose": inform is not None,
-        "seed": settings.seed,
-        **target.about,
-    }
 
 
 def source_of(

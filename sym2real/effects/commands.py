@@ -21,7 +21,7 @@ from torch import Tensor
 
 from sym2real.effects import truth
 from sym2real.effects.body import Body
-from sym2real.effects.kind import Kind, Numbers, Parameter, Values, of_any_body
+from sym2real.effects.kind import Kind, Numbers, Parameter, Values, about_zero, of_any_body
 from sym2real.effects.memory import Given, Memory, first_row
 from sym2real.effects.searching import Searching, Shown, alone_on, by_role
 from sym2real.effects.terms import scaled
@@ -65,14 +65,6 @@ GAIN = Kind(
 )
 
 
-def _offset_parameters(body: Body) -> tuple[Parameter, ...]:
-    return (Parameter("value", body.unit, null=0.0, low=-10 * body.scale, high=10 * body.scale, scale=body.scale),)
-
-
-def _offset_substitute(equations: Equations, values: Values, body: Body) -> Equations:
-    return equations.substitute({body.column: symbol(body.column) + values["value"]})
-
-
 def _inject(body: Body, values: Numbers) -> Change:
     if body.column in body.quantities:  # the thrust of motors, whose torques stay
         return truth.with_force(lambda data, _, known: truth.add_thrust(data, known["value"]))(body, values)
@@ -82,14 +74,16 @@ def _inject(body: Body, values: Numbers) -> Change:
 OFFSET = Kind(
     name="offset",
     stage="command",
-    parameters=_offset_parameters,
+    parameters=about_zero(10),
     formula=r"a \to a + b",
     summary="The robot adds a constant to a command.",
     confused_with="a gain while the command hardly varies; for rate commands a torque bias or centre-of-mass offset",
     shown_by="commands of both signs, or of several sizes",
     fix="trim the actuator by minus this offset (a servo's centre, a thrust's trim), or subtract it from the command",
     inject=_inject,
-    substitute=_offset_substitute,
+    substitute=lambda equations, values, body: equations.substitute(
+        {body.column: symbol(body.column) + values["value"]}
+    ),
     columns="action",
     searching=Searching(
         why_not=alone_on("motors"),

@@ -36,36 +36,31 @@ def _filters(equations: Equations) -> list[tuple[Effect, Mapping[str, Expr]]]:
     return [(effect(key, equations), values) for key, values in equations.filters]
 
 
-def filter_commands(
-    equations: Equations, actions: Tensor, parameters: Tensor | None = None, dt: float | None = None
-) -> Tensor:
+def filter_commands(equations: Equations, actions: Tensor, dt: float | None = None) -> Tensor:
     """What of the commands of a whole log reaches the robot.
 
     Args:
         equations: with filters.
         actions: ``# (..., T, action)``.
-        parameters: values of ``equations.parameters`` in their order ``# (..., P)``; None for the equations' own.
         dt: time between two commands in s; that of the equations by default.
     """
     for command_filter, values in command_filters(equations):
-        actions = command_filter.filter(actions, dt or equations.dt, numbers(equations, values, parameters))
+        actions = command_filter.filter(actions, dt or equations.dt, numbers(equations, values))
     return actions
 
 
-def numbers(equations: Equations, values: Mapping[str, Expr], parameters: Tensor | None) -> dict[str, Tensor | float]:
-    """Values of an effect as numbers, or one per parameter set ``# (...)``.
+def numbers(equations: Equations, values: Mapping[str, Expr]) -> dict[str, float]:
+    """Values of an effect as numbers.
 
     Raises:
         ModelError: for an expression that is neither a number nor a parameter.
     """
-    names = list(equations.parameters)
-    result: dict[str, Tensor | float] = {}
+    result: dict[str, float] = {}
     for name, value in values.items():
         if value.is_number:
             result[name] = float(value)
-        elif value.is_Symbol and value.name in names:
-            own = equations.parameters[value.name]
-            result[name] = own if parameters is None else parameters[..., names.index(value.name)]
+        elif value.is_Symbol and value.name in equations.parameters:
+            result[name] = equations.parameters[value.name]
         else:
             raise ModelError(f"a filter's value must be a number or a parameter, found {name} = {value}")
     return result
@@ -80,7 +75,7 @@ class FilterState:
 
     def __init__(self, equations: Equations) -> None:
         self.dt = equations.dt
-        self.filters = [(effect, numbers(equations, values, None)) for effect, values in command_filters(equations)]
+        self.filters = [(effect, numbers(equations, values)) for effect, values in command_filters(equations)]
         self.reset()
 
     def reset(self) -> None:

@@ -96,6 +96,13 @@ def several(
     return tuple(Parameter(name, unit, null, low, high, scale, domain=domain) for name in names)
 
 
+def about_zero(scales: float) -> Callable[[Body], tuple[Parameter, ...]]:
+    """One value in the unit of the bound column, likely within so many of its scales, to either side."""
+    return lambda body: (
+        Parameter("value", body.unit, null=0.0, low=-scales * body.scale, high=scales * body.scale, scale=body.scale),
+    )
+
+
 def with_unit(value: float, unit: str, digits: int = 3) -> str:
     """A value for a sentence, with so many digits; the unit 1 goes without saying."""
     return f"{value:.{digits}g}" if unit in ("", "1") else f"{value:.{digits}g} {unit}"

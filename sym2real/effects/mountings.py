@@ -157,12 +157,9 @@ def _mounting_yaw_substitute(equations: Equations, values: Values, body: Body) -
     return _attitude_turned(equations, body, lambda quaternion, sign: product(quaternion, _about_z(angle, sign)))
 
 
-def _turned_about_z(values: Numbers) -> Rotation:
-    return Rotation.from_euler("Z", values["value"])
-
-
 def _attitude_report(
-    turn: Callable[[Rotation, Rotation], Rotation], by: Callable[[Numbers], Rotation] = _turned_about_z
+    turn: Callable[[Rotation, Rotation], Rotation],
+    by: Callable[[Numbers], Rotation] = lambda values: Rotation.from_euler("Z", values["value"]),
 ) -> Inject:
     """The truth of an attitude that is measured turned: attitude and turn → what is measured."""
 
@@ -245,7 +242,7 @@ YAW_BIAS = _of_an_angle(
 def _parameters(body: Body) -> tuple[Parameter, ...]:
     """What is measured is a point of the robot: of a car a wheelbase ahead or behind, half of one aside."""
     if not body.planar:
-        return several(("rx", "ry", "rz"), "m", null=0.0, low=-MOST_ASIDE, high=MOST_ASIDE, scale=0.03)
+        return several(ARM, "m", null=0.0, low=-MOST_ASIDE, high=MOST_ASIDE, scale=0.03)
     longest = body.numbers.get("wheelbase", 1.0)
     bounds = {"rx": longest, "ry": longest / 2}
     return tuple(Parameter(name, "m", null=0.0, low=-most, high=most, scale=0.05) for name, most in bounds.items())

@@ -18,7 +18,7 @@ import numpy as np
 
 from sym2real.effects import truth
 from sym2real.effects.body import Body
-from sym2real.effects.kind import NOT_NEGATIVE, SHIFT_TIME, Kind, Numbers, Parameter, Values, of_any_body
+from sym2real.effects.kind import NOT_NEGATIVE, SHIFT_TIME, Kind, Numbers, Parameter, Values, about_zero, of_any_body
 from sym2real.effects.memory import sampled_lag, shift
 from sym2real.effects.searching import SETTLED, Searching, by_role
 from sym2real.effects.terms import reported, reporting
@@ -31,10 +31,6 @@ from sym2real.vocabulary import JOINT_ANGLE, JOINT_DISPLACEMENT
 _of_column = partial(Kind, stage="measurement", columns="state")
 
 
-def _sensor_bias_parameters(body: Body) -> tuple[Parameter, ...]:
-    return (Parameter("value", body.unit, null=0.0, low=-20 * body.scale, high=20 * body.scale, scale=body.scale),)
-
-
 def _report(state: Array, body: Body, values: Numbers) -> Array:
     state[body.layouts.state.index(body.column)] += values["value"]
     return state
@@ -42,7 +38,7 @@ def _report(state: Array, body: Body, values: Numbers) -> Array:
 
 SENSOR_BIAS = _of_column(
     name="sensor_bias",
-    parameters=_sensor_bias_parameters,
+    parameters=about_zero(20),
     formula=r"y_m = y + b",
     summary="A sensor adds a constant.",
     confused_with="a trim of the command that drives the same column",
@@ -99,10 +95,6 @@ SENSOR_SIGN = _of_column(
 PIECES = 200  # in which the truth integrates a period
 
 
-def _sensor_lag_parameters(body: Body) -> tuple[Parameter, ...]:
-    return (Parameter("value", "s", null=0.0, low=0.0, high=1.0, scale=2 * body.dt, domain=NOT_NEGATIVE),)
-
-
 def _sensor_lag_inject(body: Body, values: Numbers) -> Change:
     """Integrated in small steps along the straight line between two samples."""
     column = body.layouts.state.index(body.column)
@@ -130,7 +122,7 @@ def _sensor_lag_inject(body: Body, values: Numbers) -> Change:
 
 SENSOR_LAG = _of_column(
     name="sensor_lag",
-    parameters=_sensor_lag_parameters,
+    parameters=lambda body: (Parameter("value", "s", 0.0, low=0.0, high=1.0, scale=2 * body.dt, domain=NOT_NEGATIVE),),
     formula=r"\tau \dot y_m = y - y_m",
     summary="A sensor or estimator smooths what it reports.",
     confused_with="a lag of the command that drives the same column",

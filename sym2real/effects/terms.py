@@ -77,14 +77,12 @@ def defined(equations: Equations, quantities: dict[str, Expr]) -> Equations:
 
 def raised(equations: Equations, quantity: str, value: Expr) -> Equations:
     """The equations with more of a quantity, wherever they use it."""
-    more = canonical(equations.quantities[quantity] + value)
-    return replace(equations, quantities={**equations.quantities, quantity: more})
+    return defined(equations, {quantity: canonical(equations.quantities[quantity] + value)})
 
 
 def multiplied(equations: Equations, quantities: Iterable[str], factor: Expr) -> Equations:
     """The equations with so many times some of their quantities, wherever they use them."""
-    changed = {name: canonical(equations.quantities[name] * factor) for name in quantities}
-    return replace(equations, quantities={**equations.quantities, **changed})
+    return defined(equations, {name: canonical(equations.quantities[name] * factor) for name in quantities})
 
 
 def without_quantities(equations: Equations, expression: Expr, names: Collection[str] | None = None) -> Expr:

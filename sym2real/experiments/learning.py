@@ -23,6 +23,7 @@ from sym2real.logs.differences import differences, rates_on_time
 from sym2real.logs.reader import logs_of, read_each
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.regression import ENGINES, BeamSearch, Dependence, dependence
+from sym2real.regression.numeric import columns_of
 from sym2real.regression.selection import SearchSettings
 from sym2real.regression.windows import MEASURED
 from sym2real.regression.wrench import FEWEST_ROWS
@@ -195,8 +196,6 @@ def _learned(
     equations: Equations, data: Dataset, pairs: Iterable[tuple[str, str]], reports: tuple[EpisodeReport, ...]
 ) -> Learned:
     transitions = data.transitions()
-    columns = zip(
-        (*data.layouts.state, *data.layouts.action), (*transitions.state.T, *transitions.action.T), strict=True
-    )
-    region = {column: (float(values.min()), float(values.max())) for column, values in columns}
+    known, names = columns_of(transitions), (*data.layouts.state, *data.layouts.action)
+    region = {name: (float(known[name].min()), float(known[name].max())) for name in names}
     return Learned(equations, tuple(dependence(equations, transitions, pairs)), region, reports)

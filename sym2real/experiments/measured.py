@@ -14,7 +14,7 @@ from sym2real.logs.inspect_time import nice_period
 from sym2real.logs.reader import logs_of, read_each
 from sym2real.logs.resample import REGULAR, usual_step
 from sym2real.robots import CRAZYFLIE, MUSHR, ROBOTS, Robot
-from sym2real.trajectory import Array, Trajectory
+from sym2real.trajectory import Trajectory
 
 
 class Measured(NamedTuple):
@@ -41,11 +41,7 @@ def measured(name: str) -> Measured:
 
 def step_of(logs: Iterable[Sequence[Trajectory]]) -> float:
     """The usual step in s of the pieces of every log, of a whole number of rows a second where it is nearly that."""
-    return nice_period(usual_step(_intervals(pieces) for pieces in logs if pieces))
-
-
-def _intervals(pieces: Sequence[Trajectory]) -> Array:
-    return np.concatenate([np.diff(piece.time) for piece in pieces])
+    return nice_period(usual_step(np.concatenate([np.diff(one.time) for one in pieces]) for pieces in logs if pieces))
 
 
 def step_of_logs(paths: Sequence[Path], spec: LogSpec | None, layouts: Layouts | None = None) -> float:

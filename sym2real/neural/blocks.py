@@ -3,8 +3,6 @@
 Neighbouring rows are nearly alike, and windows overlap: rows drawn at random would validate themselves.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import pairwise
 

@@ -4,8 +4,6 @@ A network with ReLU grows without end outside its data, and a rollout that leave
 more layer, ``y = low + relu(x - low) - relu(x - high)``, so that whatever runs a residual runs this one.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import torch

@@ -5,8 +5,6 @@ s' = normalise(f(s, a, inputs) + r(s, a, past))
 Where equations have command filters, the residual's commands, present and past, are those that come out of them.
 """
 
-from __future__ import annotations
-
 import copy
 from typing import cast
 

@@ -6,8 +6,6 @@ learns what happened where. Height is none of them: the ground is below, with wh
 Goldstein, Classical Mechanics, 3rd ed., section 2.6 (cyclic coordinates, translation).
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from sym2real.level_ground import PLACE

@@ -1,7 +1,5 @@
 """Gradient descent of several networks at once, each with an early stop of its own."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 

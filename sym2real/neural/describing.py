@@ -1,7 +1,5 @@
 """What networks and expressions a model has beside its equations, in words."""
 
-from __future__ import annotations
-
 from sym2real.neural.composed import Composed
 from sym2real.neural.ensemble import Ensemble
 from sym2real.neural.model_folder import Model

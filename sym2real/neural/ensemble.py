@@ -9,10 +9,8 @@ softplus. Source: K. Chua et al., "Deep reinforcement learning in a handful of t
 models" (PETS), NeurIPS 2018, appendix A.1.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import torch
 from torch import Tensor, nn
@@ -21,7 +19,7 @@ from torch.nn.functional import softplus
 from sym2real.errors import ShapeError
 from sym2real.layout import Layouts
 from sym2real.neural.manifold import manifold_of
-from sym2real.neural.networks import Networks
+from sym2real.neural.networks import PAPER, Networks
 from sym2real.neural.residual_mlp import joined
 from sym2real.symbolic.predicting import Predicting
 
@@ -42,16 +40,15 @@ class Ensemble(Predicting, nn.Module):
         ShapeError: without a member, or with a hidden layer of no unit.
     """
 
-    if TYPE_CHECKING:  # TorchScript cannot read postponed annotations of attributes
-        input_mean: Tensor
-        input_scale: Tensor
-        output_scale: Tensor
+    input_mean: Tensor
+    input_scale: Tensor
+    output_scale: Tensor
 
     def __init__(
         self,
         layouts: Layouts,
         members: int = 4,
-        widths: Sequence[int] = (200, 200, 200, 200),
+        widths: Sequence[int] = PAPER,
         seed: int = 0,
         *,
         probabilistic: bool = False,

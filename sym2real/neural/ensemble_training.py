@@ -24,10 +24,10 @@ from sym2real.neural.blocks import blocks_of
 from sym2real.neural.descent import Descent, descend
 from sym2real.neural.ensemble import Ensemble
 from sym2real.neural.leftover import runs_of
+from sym2real.neural.networks import PAPER
 from sym2real.neural.normal import Normal
 from sym2real.threads import one_thread
 
-PAPER = (200, 200, 200, 200)
 BOUNDS = 0.01  # weight of the width between the variance's bounds (PETS, A.1)
 
 
@@ -150,8 +150,7 @@ def _misfit(ensemble: Ensemble, outputs: Tensor, change: Tensor) -> Tensor:
     if ensemble.probabilistic:
         log_variance = ensemble.log_variance(outputs)
         squares = squares * (-log_variance).exp() + log_variance
-    mean: Tensor = squares.mean((1, 2))
-    return mean
+    return squares.mean((1, 2))
 
 
 def _width(ensemble: Ensemble) -> Tensor:

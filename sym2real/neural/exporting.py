@@ -1,7 +1,5 @@
 """A model with networks as a file for other programs, whole: base and residual."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -7,8 +7,6 @@ there: else the first second of a flight, of which no other stretch tells anythi
 Hastie, R. Tibshirani, J. Friedman, "The Elements of Statistical Learning", 2nd ed., section 7.10.
 """
 
-from __future__ import annotations
-
 import torch
 from torch import Tensor
 

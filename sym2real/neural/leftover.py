@@ -9,8 +9,6 @@ than a single one: the base is never called again. What is neglected is of secon
 residual learns. A, B and G are central differences through the base in double precision.
 """
 
-from __future__ import annotations
-
 import copy
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -192,22 +190,14 @@ def _steps(
     if isinstance(base, Ensemble):
         frozen: Ensemble = copy.deepcopy(base).double().requires_grad_(False)
         return state, following, action, frozen
-    module, size = build_module(base).double(), state.shape[-1]
-    hidden = _hidden_along(base, state, action, inputs, runs)
+    module, size, parts = build_module(base).double(), state.shape[-1], list[Tensor]()
+    for first, end in runs:  # hidden states begin with every run, and go on beneath the measured ones
+        known = None if inputs is None else inputs[first:end]
+        parts.append(hidden_along(base, module, state[first:end], action[first:end], known))
+    hidden = torch.cat(parts)
 
     def step(values: Tensor, commands: Tensor, sets: Tensor | None = None) -> Tensor:
         following: Tensor = module(torch.cat([values, hidden], dim=-1), commands, inputs, sets)[..., :size]
         return following
 
     return state, following, action, step
-
-
-def _hidden_along(
-    base: Equations, state: Tensor, action: Tensor, inputs: Tensor | None, runs: tuple[tuple[int, int], ...]
-) -> Tensor:
-    """Hidden states along a log: they begin with every run and go on beneath the measured ones."""
-    module, parts = build_module(base).double(), list[Tensor]()
-    for first, end in runs:
-        known = None if inputs is None else inputs[first:end]
-        parts.append(hidden_along(base, module, state[first:end], action[first:end], known))
-    return torch.cat(parts)

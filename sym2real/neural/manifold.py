@@ -1,7 +1,5 @@
 """Unit quaternions and circles of a state as TorchScript reads them; ``Layout`` owns what they mean."""
 
-from __future__ import annotations
-
 import torch
 from torch import Tensor, nn
 

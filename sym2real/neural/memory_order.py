@@ -113,8 +113,7 @@ def _held_out(series: _Series, sizes: Sequence[int]) -> Array:
 def _products(columns: Array) -> Array:
     """Mean products of columns over rows and components ``# (columns, columns)``."""
     flat = columns.reshape(-1, columns.shape[-1])
-    products: Array = flat.T @ flat / len(flat)
-    return products
+    return flat.T @ flat / len(flat)
 
 
 def _error(within: Array, beyond: Array, size: int) -> float:

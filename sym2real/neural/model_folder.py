@@ -5,8 +5,6 @@ Beside the files of equations (:mod:`sym2real.symbolic.storage`) stand ``ensembl
 that is mixed from two models is refused. ``module.pt`` is the whole, for programs without this package. No pickle.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Mapping
@@ -59,7 +57,7 @@ def save_model(model: Model, folder: str | Path) -> Path:
     folder = Path(folder)
     if isinstance(model, Equations):
         return save_equations(model, folder)
-    files = _files(model)
+    files = {MODULE: script_file(as_composed(model).scripted), **content_of(model)}
     digests = {name: hashlib.sha256(content).hexdigest() for name, content in files.items()}
     listed = json.dumps({"files": digests}, indent=1) + "\n"
     write_files(folder, {**files, INVENTORY: listed.encode()})
@@ -70,10 +68,6 @@ def save_model(model: Model, folder: str | Path) -> Path:
 def as_composed(model: Composed | Ensemble) -> Composed:
     """A model with rollouts for other programs: an ensemble alone has a residual of zero."""
     return model if isinstance(model, Composed) else Composed(model, SymbolicResidual(model.layouts, {}))
-
-
-def _files(model: Composed | Ensemble) -> dict[str, bytes]:
-    return {MODULE: script_file(as_composed(model).scripted), **content_of(model)}
 
 
 def content_of(model: Model) -> dict[str, bytes]:

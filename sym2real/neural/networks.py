@@ -11,6 +11,8 @@ from torch import Tensor, nn
 from sym2real.errors import ShapeError
 from sym2real.generator import generator_of
 
+PAPER = (200, 200, 200, 200)  # the paper's hidden layers
+
 
 class Layer(nn.Module):
     """Affine maps, one a network; arguments as of :class:`Networks`."""

@@ -5,8 +5,6 @@ and its standard error. Source: T. Hastie, R. Tibshirani, J. Friedman, "The Elem
 section 7.10 (one standard error), here of paired differences.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from torch import Tensor

@@ -6,8 +6,6 @@ particles to members anew in every step, so that it averages out. Members always
 K. Chua et al. (PETS), NeurIPS 2018, section 5.1.
 """
 
-from __future__ import annotations
-
 from typing import Literal
 
 import torch

@@ -8,10 +8,8 @@ It begins at zero: an untrained residual changes nothing. Source: the paper, "Re
 paper's sees no past; a delay of several periods or a state that is not measured cannot be learned without.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import torch
 from torch import Tensor, nn
@@ -41,10 +39,9 @@ class ResidualMLP(nn.Module):
         ShapeError: without a hidden layer, or for less than no past.
     """
 
-    if TYPE_CHECKING:  # TorchScript cannot read postponed annotations of attributes
-        input_mean: Tensor
-        input_scale: Tensor
-        output_scale: Tensor
+    input_mean: Tensor
+    input_scale: Tensor
+    output_scale: Tensor
 
     def __init__(
         self, layouts: Layouts, widths: Sequence[int] = (64, 64), seed: int = 0, commands: int = 0, states: int = 0

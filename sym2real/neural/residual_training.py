@@ -12,8 +12,6 @@ by validation on whole windows, inside bounds, and so is the share of every colu
 weight decay regularization", ICLR 2019.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -38,7 +36,6 @@ from sym2real.neural.normal import Normal
 from sym2real.neural.residual_mlp import ResidualMLP
 from sym2real.threads import one_thread
 
-PAPER = (200, 200, 200, 200)
 SHORT = 5  # rows of the windows that networks learn from first
 FIRST = 0.75  # share of the steps on them, with every λ; the rest is spent on whole rollouts with the best one
 SLOWER = 0.3  # share of the learning rate with which the rest begins
@@ -68,7 +65,8 @@ class ResidualTraining:
     """A :class:`~sym2real.protocols.Learner` of residuals.
 
     Args:
-        widths: of the hidden layers; :data:`PAPER` has the paper's. One more holds the bounds of the outputs.
+        widths: of the hidden layers; :data:`~sym2real.neural.networks.PAPER` has the paper's. One more holds the
+            bounds of the outputs.
         steps: rows of a rollout that the loss follows; with 1 it is of two, because the first one teaches nothing.
         penalties: λ to choose from. The largest leaves half of what the data ask for, the smallest nearly all; no
             residual at all is always among the choices.

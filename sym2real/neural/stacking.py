@@ -6,8 +6,6 @@ together. Source: L. Breiman, "Stacked regressions", Machine Learning 24, 1996 (
 cross-validated predictions).
 """
 
-from __future__ import annotations
-
 import numpy as np
 import torch
 from scipy.optimize import lsq_linear

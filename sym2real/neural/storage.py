@@ -3,8 +3,6 @@
 No pickle: a model from elsewhere runs no code.
 """
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any, TypeVar

@@ -5,8 +5,6 @@
     residual = r(s, a), one expression per state column
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from sympy import Expr, Float

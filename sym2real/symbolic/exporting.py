@@ -82,24 +82,14 @@ def called(format: str, arguments: str) -> dict[str, str]:
 
 
 def write_export(path: Path, content: bytes, about: dict[str, Any]) -> Path:
-    """Write a model and its interface beside it; errors as of :func:`export`."""
-    require_free(path)
-    with whole(path) as beside, whole(interface_of(path)) as described:
+    """Write a model and beside it its interface, which must not replace a part of one; errors as of :func:`export`."""
+    place = interface_of(path)
+    if is_part_of_model(place):
+        raise ModelError(f"{place} would be written beside {path} and is part of a model; name another file")
+    with whole(path) as beside, whole(place) as described:
         beside.write_bytes(content)
         described.write_text(json.dumps(about, indent=1) + "\n", encoding="utf-8")
     return path
-
-
-def require_free(path: Path) -> None:
-    """Refuse a place whose interface would replace part of a model.
-
-    Raises:
-        ModelError: for such a place.
-    """
-    if is_part_of_model(interface_of(path)):
-        raise ModelError(
-            f"{interface_of(path)} would be written beside {path} and is part of a model; name another file"
-        )
 
 
 def interface_of(path: Path) -> Path:

@@ -123,6 +123,7 @@ def model_source(equations: Equations) -> str:
     time = layouts.inputs.index(TIME) if TIME in layouts.inputs else None
     dt = repr(equations.dt)
     return MODEL.substitute(
+        about=f"Next state after {dt} s, generated from its equations",
         dt=dt,
         **{group: " ".join(columns) for group, columns in groups.items()},
         parameters=" ".join(parameters),
@@ -155,6 +156,7 @@ def function_source(
     checks = [f'assert {g}.shape[-1] == {len(c)}, "expected the columns {" ".join(c)}"' for g, c in groups.items()]
     unbind = [f"{group}_columns = list(torch.unbind({group}, -1))" for group in groups]
     return FUNCTION.substitute(
+        about="Function generated from expressions",
         n=len(expressions),
         methods=methods,
         constants=constants,
@@ -163,7 +165,6 @@ def function_source(
         checks=textwrap.indent("\n".join(checks), " " * 8),
         unbind=textwrap.indent("\n".join(unbind), " " * 8),
         groups=", ".join(f"{group}_columns" for group in groups),
-        first="a0",
         values=", ".join(f"values[{i}]" for i in range(len(expressions))),
         shapes=", ".join(f"{group}[..., 0]" for group in groups),
     )

@@ -6,7 +6,7 @@ a loop over ``forward``.
 
 from string import Template
 
-MODEL = Template('''"""Next state after $dt s, generated from its equations; needs torch and nothing else."""
+HEAD = '''"""$about; needs torch and nothing else."""
 
 from typing import List, Optional
 
@@ -21,7 +21,11 @@ def tensors(numbers: Tensor, like: Tensor) -> List[Tensor]:
     return list(torch.unbind(numbers.to(dtype=like.dtype, device=like.device), 0))
 
 
-class Dynamics(torch.nn.Module):
+'''
+
+MODEL = Template(
+    HEAD
+    + '''class Dynamics(torch.nn.Module):
     """Equations of one control period; columns are the last dimension, all leading dimensions broadcast.
 
     state      $state
@@ -99,22 +103,12 @@ $methods
             columns = self.step(columns, now, known, fixed)
             states += columns
         return torch.movedim(torch.stack(states, 0).reshape(shape), [0, 1], [-2, -1])
-''')
+'''
+)
 
-FUNCTION = Template('''"""Function generated from expressions; needs torch and nothing else."""
-
-from typing import List
-
-import torch
-from torch import Tensor
-
-
-def tensors(numbers: Tensor, like: Tensor) -> List[Tensor]:
-    """One tensor without dimensions per number, of the dtype and on the device of ``like``."""
-    return list(torch.unbind(numbers.to(dtype=like.dtype, device=like.device), 0))
-
-
-class Function(torch.nn.Module):
+FUNCTION = Template(
+    HEAD
+    + '''class Function(torch.nn.Module):
     """Values (..., $n) of $n expression(s); columns are the last dimension, all leading dimensions broadcast."""
 
     def __init__(self) -> None:
@@ -127,6 +121,7 @@ $methods
         """$columns"""
 $checks
 $unbind
-        values = self.step($groups, self.hoist([], tensors(self.constants, $first)))
+        values = self.step($groups, self.hoist([], tensors(self.constants, a0)))
         return torch.movedim(torch.stack(torch.broadcast_tensors($values, $shapes)[:$n]), 0, -1)
-''')
+'''
+)

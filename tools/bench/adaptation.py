@@ -9,9 +9,6 @@ What MuJoCo itself reaches is kept in ``adaptation_references.json``, and taken 
 Without ``--cases`` the bases from scratch belong to it. ``--quick`` takes one seed, and a case of each kind.
 """
 
-from __future__ import annotations
-
-import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -20,7 +17,7 @@ from adaptation_bars import Bars
 from adaptation_logs import log_figures
 from adaptation_page import page
 from adaptation_references import keep, take_known
-from figures import Figure, report
+from figures import Figure, report, say
 
 from sym2real.experiments.study.case import load_suite
 from sym2real.experiments.study.effort import FULL, QUICK, Effort
@@ -88,11 +85,10 @@ def jobs_of(options: Options, effort: Effort) -> list[Job]:
     return jobs if wanted else jobs + scratch_jobs(effort)
 
 
-def say(progress: Progress) -> None:
+def say_answered(progress: Progress) -> None:
     """A line for every answer."""
     if progress.newest:
-        line = f"{progress.done}/{progress.total} {progress.newest} ({progress.seconds:.0f} s)"
-        print(line, file=sys.stderr, flush=True)
+        say(f"{progress.done}/{progress.total} {progress.newest} ({progress.seconds:.0f} s)")
 
 
 def figures_of(bars: Bars) -> list[Figure]:
@@ -138,7 +134,7 @@ def main(options: Options) -> None:
         answers = kept(jobs, options.out)
     else:
         take_known(jobs, options.out)
-        answers = run_sweep(jobs, options.out, workers=options.jobs, cluster=options.cluster, on_progress=say)
+        answers = run_sweep(jobs, options.out, workers=options.jobs, cluster=options.cluster, on_progress=say_answered)
         keep(jobs, answers)
     bars = Bars(answers, effort)
     figures = figures_of(bars) if answers else []

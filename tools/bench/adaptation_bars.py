@@ -1,7 +1,5 @@
 """Bars of the adaptation study, from the answers that its sweeps have kept."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
@@ -9,7 +7,7 @@ from figures import Figure
 from scipy import stats
 
 from sym2real.experiments.study.case import Case, Suite
-from sym2real.experiments.study.curves import CONFIDENCE, Curve, curve_of, ratio
+from sym2real.experiments.study.curves import CONFIDENCE, Curve, Ratio, curve_of, ratio
 from sym2real.experiments.study.effort import Effort
 from sym2real.experiments.study.scratch import trajectories_to_converge
 from sym2real.experiments.study.suites import reference_errors
@@ -51,7 +49,7 @@ class Bars:
             if best is None:
                 continue
             found = ratio(curve.final, best)
-            figures.append(Figure(f"{case.title}: SR*+NN over MuJoCo {_range(found)}", found.value, "ratio", "<= 1.15"))
+            figures.append(_figure(f"{case.title}: SR*+NN over MuJoCo", found, "<= 1.15"))
             if ratio(curve.zero_shot, best).value > FAR:
                 needed[case.title] = curve.trajectories
         if needed:
@@ -67,20 +65,17 @@ class Bars:
         for case, (effect, network) in self.pairs(cases, "sr-effect", "sr-nn"):
             found = ratio(effect.after(1), network.after(5))
             logs.append(np.log(found.value))
-            name = f"{case.title}: SR*+effect after 1 over SR*+NN after 5 {_range(found)}"
-            figures.append(Figure(name, found.value, "ratio", "<= 1.05"))
+            figures.append(_figure(f"{case.title}: SR*+effect after 1 over SR*+NN after 5", found, "<= 1.05"))
         if logs:
             figures.append(Figure("the same in the geometric mean", float(np.exp(np.mean(logs))), "ratio", "< 1"))
         return figures
 
     def no_harm(self, cases: Iterable[Case]) -> list[Figure]:
         """SR*+effect+NN over SR*+NN where no effect covers what differs."""
-        figures = []
-        for case, (both, network) in self.pairs(cases, "sr-effect-nn", "sr-nn"):
-            found = ratio(both.final, network.final)
-            name = f"{case.title}: SR*+effect+NN over SR*+NN {_range(found)}"
-            figures.append(Figure(name, found.value, "ratio", "<= 1.05"))
-        return figures
+        return [
+            _figure(f"{case.title}: SR*+effect+NN over SR*+NN", ratio(both.final, network.final), "<= 1.05")
+            for case, (both, network) in self.pairs(cases, "sr-effect-nn", "sr-nn")
+        ]
 
     def safety(self, cases: Sequence[Case]) -> list[Figure]:
         """Crashes behind the first round, and runs that ended surely worse than they began."""
@@ -107,7 +102,7 @@ class Bars:
         for other, bar in (("sr-memory", "<= 0.5"), ("sr-effect", "<= 0.3")):
             for case, (curve, memoryless) in self.pairs(suite.cases, other, "sr-nn"):
                 found = ratio(curve.final, memoryless.final)
-                figures.append(Figure(f"{case.title}: {other} over sr-nn {_range(found)}", found.value, "ratio", bar))
+                figures.append(_figure(f"{case.title}: {other} over sr-nn", found, bar))
         for case, (memoryless,) in self.pairs(suite.cases, "sr-nn"):
             best = reference_errors(self.answers, case)
             if best is not None:
@@ -146,7 +141,7 @@ def surely_above(first: Array, second: Array) -> bool:
     return bool(differences.mean() - half > 0)
 
 
-def _range(found: object) -> str:
-    """The interval of a ratio, where there is one."""
-    text = str(found)
-    return text[text.index("(") :] if "(" in text else "(one seed)"
+def _figure(name: str, found: Ratio, bar: str) -> Figure:
+    """A ratio, with its interval in the name where there is one."""
+    _, opened, interval = str(found).partition("(")
+    return Figure(f"{name} {opened}{interval or '(one seed)'}", found.value, "ratio", bar)

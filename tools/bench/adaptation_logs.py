@@ -6,17 +6,13 @@ diagnosis has no seed; networks have several.
     python tools/bench/adaptation_logs.py --json build/adaptation_logs.json
 """
 
-from __future__ import annotations
-
-import sys
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import torch
 import tyro
-from figures import Figure, report
+from figures import Figure, report, say
 from real_logs import DATA
 
 from sym2real.dataset import Dataset
@@ -31,26 +27,6 @@ from sym2real.symbolic import Equations
 
 FOLDER, HORIZON, SEEDS = "mushr_steering_offset", 1.0, (1, 2, 3)
 ASKED = ("sr-nn", "sr-memory", "sr-effect", "sr-effect-memory")
-
-
-@dataclass(frozen=True)
-class Options:
-    """Predict the last of the car's logs.
-
-    Args:
-        seeds: of the networks.
-        counts: only after so many logs; after 1, 2, … by default.
-        json: write the figures to this file (- is standard output).
-    """
-
-    seeds: tuple[int, ...] = SEEDS
-    counts: tuple[int, ...] = ()
-    json: Path | None = None
-
-
-def say(text: str) -> None:
-    """A line of what is going on, or why nothing is."""
-    print(text, file=sys.stderr, flush=True)
 
 
 def log_figures(seeds: Sequence[int] = SEEDS, counts: Sequence[int] = ()) -> list[Figure]:
@@ -104,12 +80,18 @@ def error_of(model: Model, log: Dataset) -> float:
     return compared.horizons[0].errors["position"].value
 
 
-def main(options: Options) -> None:
-    """Predict, print, write."""
+def main(seeds: tuple[int, ...] = SEEDS, counts: tuple[int, ...] = (), json: Path | None = None) -> None:
+    """Predict the last of the car's logs.
+
+    Args:
+        seeds: of the networks.
+        counts: only after so many logs; after 1, 2, … by default.
+        json: write the figures to this file (- is standard output).
+    """
     torch.set_num_threads(1)
-    figures = log_figures(options.seeds, options.counts)
-    report("MuSHR logs", figures, options.seeds, options.json)
+    figures = log_figures(seeds, counts)
+    report("MuSHR logs", figures, seeds, json)
 
 
 if __name__ == "__main__":
-    main(tyro.cli(Options, description=__doc__))
+    tyro.cli(main, description=__doc__)

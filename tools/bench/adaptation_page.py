@@ -1,7 +1,5 @@
 """The study's results as a page of the docs, written by the bench from the answers that it has kept."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from adaptation_bars import Bars

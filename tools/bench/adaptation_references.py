@@ -4,8 +4,6 @@ A record is taken only where the reference still does the same: the case and the
 commands that it sends, which follow from target, cost, samples, noise and MuJoCo alike. Whatever else is run anew.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -26,8 +24,7 @@ def key_of(job: Reference) -> dict[str, Any]:
     controller = planning_with_mujoco(job.effort)(plant, robot, task, FIRST_SEED)
     log = run_episode(plant, controller, task, seed=FIRST_SEED, steps=PROBED)
     key = {**job.asked, "commands": log.action.round(DIGITS).tolist()}
-    found: dict[str, Any] = json.loads(json.dumps(key))
-    return found
+    return json.loads(json.dumps(key))
 
 
 def take_known(jobs: Sequence[Job], folder: Path, kept: Path = KEPT) -> None:

@@ -1,7 +1,5 @@
 """The answer of a diagnosis as a bench keeps it, and what it is worth against one truth or another answer."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping, Sequence
 from fnmatch import fnmatch
 from typing import Any
@@ -118,6 +116,12 @@ def all_matched(matches: Sequence[Sequence[bool]]) -> bool:
     """Whether every row can have a column of its own that holds for it."""
     table = np.array(matches, dtype=int)
     return not matches or (table.size > 0 and int(table[linear_sum_assignment(-table)].sum()) == len(matches))
+
+
+def parameter_error(truth: Mapping[str, float], null: Mapping[str, float], found: Mapping[str, float]) -> float:
+    """|found − true| / |true − null| over the parameters of the true effect; those not found are at null."""
+    off = [found.get(name, null[name]) - value for name, value in truth.items()]
+    return float(np.linalg.norm(off) / np.linalg.norm([value - null[name] for name, value in truth.items()]))
 
 
 def same_first(one: Record, other: Record) -> bool:

@@ -1,15 +1,12 @@
 """What a learned base is worth in flight: against MPPI that plans with MuJoCo itself, and on goals it never saw."""
 
-from __future__ import annotations
-
-import sys
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from functools import partial
 
 import numpy as np
 import torch
-from figures import Figure
+from figures import Figure, say
 
 from sym2real.adaptation import StageOne, stage_one
 from sym2real.control import MPPI, mppi_controller
@@ -29,11 +26,6 @@ TRAIN_SEED, TEST_SEED, STAGE_SEED = 7001, 9001, 5001
 CLOSED_LOOP_SEEDS = range(3001, 3006)
 CLOSED_LOOP_SECONDS = 5.0
 ZERO_SHOT = 20
-
-
-def say(text: str) -> None:
-    """Progress, beside the figures."""
-    print(text, file=sys.stderr, flush=True)
 
 
 def closed_loop_ratio(robot: Robot, equations: Equations, task_name: str) -> Figure:

@@ -6,19 +6,17 @@ Fresh seeds: nothing in the package was tuned on them. ``--quick`` leaves out th
     python tools/bench/base_model.py --json build/base_model.json
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 import torch
 import tyro
-from base_flown import CLOSED_LOOP_SEEDS, CM, STAGE_SEED, TEST_SEED, TRAIN_SEED, closed_loop, say, zero_shot
-from figures import Figure, report
+from base_flown import CLOSED_LOOP_SEEDS, CM, STAGE_SEED, TEST_SEED, TRAIN_SEED, closed_loop, zero_shot
+from figures import Figure, report, say
 from wild_flights import reverse_drives, wild_drives, wild_flights
 
 from sym2real.adaptation import StageOne, stage_one
@@ -36,21 +34,6 @@ from sym2real.trajectory import Trajectory
 HORIZON = 0.8
 
 Section = Literal["quadrotor-flights", "quadrotor-stage-one", "car-stage-one", "zero-shot", "closed-loop"]
-
-
-@dataclass(frozen=True)
-class Options:
-    """Measure the base model's figures.
-
-    Args:
-        quick: leave out closed loop and zero-shot.
-        only: measure these sections alone.
-        json: write the figures to this file (- is standard output).
-    """
-
-    quick: bool = False
-    only: tuple[Section, ...] = ()
-    json: Path | None = None
 
 
 def position_errors(equations: Equations, data: Dataset) -> np.ndarray:
@@ -180,13 +163,19 @@ SECTIONS: dict[Section, Callable[[], list[Figure]]] = {
 SLOW = ("zero-shot", "closed-loop")
 
 
-def main(options: Options) -> None:
-    """Measure, print, write."""
+def main(quick: bool = False, only: tuple[Section, ...] = (), json: Path | None = None) -> None:
+    """Measure the base model's figures.
+
+    Args:
+        quick: leave out closed loop and zero-shot.
+        only: measure these sections alone.
+        json: write the figures to this file (- is standard output).
+    """
     torch.set_num_threads(1)
-    chosen = options.only or [name for name in SECTIONS if not (options.quick and name in SLOW)]
+    chosen = only or [name for name in SECTIONS if not (quick and name in SLOW)]
     figures = [figure for name in chosen for figure in SECTIONS[name]()]
-    report("base model", figures, [TRAIN_SEED, TEST_SEED, STAGE_SEED, *CLOSED_LOOP_SEEDS], options.json)
+    report("base model", figures, [TRAIN_SEED, TEST_SEED, STAGE_SEED, *CLOSED_LOOP_SEEDS], json)
 
 
 if __name__ == "__main__":
-    main(tyro.cli(Options, description=__doc__))
+    tyro.cli(main, description=__doc__)

@@ -1,7 +1,5 @@
 """The three bases that an analyst may have: learned in the plain simulator, fitted to logs, or first principles."""
 
-from __future__ import annotations
-
 import tempfile
 from dataclasses import dataclass, replace
 from functools import lru_cache

@@ -9,8 +9,6 @@ is. The last two logs take no part in its fit; ours is scored there too. Needs t
     python tools/bench/beside_sysid.py --cases 10 --sealed --json build/beside_sysid.json
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Sequence
 from contextlib import redirect_stdout
@@ -22,7 +20,7 @@ from typing import Any
 import mujoco
 import numpy as np
 import tyro
-from answers import Record, answer_of, error_ahead, first, same_group
+from answers import Record, answer_of, error_ahead, first, parameter_error, same_group
 from bases import Base, as_read, base_of
 from figures import Figure, report
 from repeated import Asked, Settings, print_table, share
@@ -155,12 +153,6 @@ def error_of(robot: Robot, values: dict[str, float], logs: Sequence[Trajectory])
 def named(robot: str, values: dict[str, float]) -> str:
     """The parameter of the largest relative change."""
     return max(values, key=lambda name: FREE[robot][name].change(values[name]))
-
-
-def parameter_error(truth: dict[str, float], null: dict[str, float], found: dict[str, float]) -> float:
-    """|found − true| / |true − null| over the parameters of the true effect; those not found are at null."""
-    off = [found.get(name, null[name]) - value for name, value in truth.items()]
-    return float(np.linalg.norm(off) / np.linalg.norm([value - null[name] for name, value in truth.items()]))
 
 
 def beside(case: Case, base: Base) -> Asked:

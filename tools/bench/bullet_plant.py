@@ -4,8 +4,6 @@ E. Coumans, Y. Bai, "PyBullet, a Python module for physics simulation", pybullet
 they push, is the MJCF's; how a body moves for that is Bullet's.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import partial
 

@@ -7,8 +7,6 @@ against a base from the plain simulator, which gets logs of 40 Hz resampled, and
     python tools/bench/car_draws.py --cases 20 --sealed --json build/car_draws.json
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from functools import partial
 
@@ -17,9 +15,10 @@ from answers import Record, all_named, named, names
 from bases import Base, Kind, base_of, diagnosed
 from figures import Figure, report
 from repeated import Asked, Settings, print_table, share
-from short_drives import NAMED, at_rate, drives, injected, planned, truth
+from short_drives import NAMED, drives, injected, planned, truth
 
 from sym2real.experiments.study.sweep import Tell
+from sym2real.robots import ROBOTS
 
 BENCH, ROBOT = "car draws", "mushr"
 RATES = (20, 40)  # Hz
@@ -34,7 +33,7 @@ def draw(rate: int, bases: tuple[Base, ...], seed: int) -> Asked:
 
 def answer(rate: int, bases: tuple[Base, ...], seed: int, tell: Tell) -> Record:
     """The truth, and an answer by base."""
-    robot = at_rate(rate)
+    robot = ROBOTS[ROBOT].at_period(1.0 / rate)
     tell("planning")
     effects = truth(planned(robot, seed), seed)
     data, answers = drives(robot, seed, injected(robot, effects)), {}

@@ -1,7 +1,5 @@
 """Drives whose commands are drawn and heed nothing: levels of speed and steering, and coloured noise about them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from itertools import product
 

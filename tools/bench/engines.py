@@ -6,19 +6,16 @@ runs where Julia is: ``--engines beam operon pysr``.
     python tools/bench/engines.py --json build/engines.json
 """
 
-from __future__ import annotations
-
 import resource
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import torch
 import tyro
-from base_flown import TEST_SEED, TRAIN_SEED, say
-from base_model import position_errors
-from figures import Figure, report
+from base_flown import TEST_SEED, TRAIN_SEED
+from base_model import position_errors, spread
+from figures import Figure, report, say
 from wild_flights import wild_drives, wild_flights
 
 from sym2real.dataset import Dataset
@@ -28,21 +25,6 @@ from sym2real.robots import CRAZYFLIE, MUSHR, Robot
 
 COUNTS = (1, 2, 3, 5, 10)
 TESTS = 20
-
-
-@dataclass(frozen=True)
-class Options:
-    """Compare the search engines.
-
-    Args:
-        engines: engines to run.
-        counts: numbers of training trajectories.
-        json: write the figures to this file (- is standard output).
-    """
-
-    engines: tuple[str, ...] = ("beam", "operon")
-    counts: tuple[int, ...] = COUNTS
-    json: Path | None = None
 
 
 def cpu_seconds() -> float:
@@ -60,16 +42,23 @@ def measured(engine: str, robot: Robot, training: Dataset, tests: tuple[Dataset,
     inside, outside = (position_errors(equations, test) for test in tests)
     name = f"{engine}, {robot.name}, {len(training)} trajectories"
     return [
-        Figure(f"{name}: median", float(np.median(inside)), "cm"),
-        Figure(f"{name}: p95", float(np.quantile(inside, 0.95)), "cm"),
+        *spread(name, inside),
         Figure(f"{name}: out of distribution, median", float(np.median(outside)), "cm"),
         Figure(f"{name}: largest equation", max(equations.complexity().values()), "nodes"),
         Figure(f"{name}: search", seconds, "CPU s"),
     ]
 
 
-def main(options: Options) -> None:
-    """Measure, print, write."""
+def main(
+    engines: tuple[str, ...] = ("beam", "operon"), counts: tuple[int, ...] = COUNTS, json: Path | None = None
+) -> None:
+    """Compare the search engines.
+
+    Args:
+        engines: engines to run.
+        counts: numbers of training trajectories.
+        json: write the figures to this file (- is standard output).
+    """
     torch.set_num_threads(1)
     kinds: tuple[tuple[Robot, Callable[..., Dataset], Callable[..., Dataset]], ...] = (
         (CRAZYFLIE, quadrotor_flights, wild_flights),
@@ -78,11 +67,11 @@ def main(options: Options) -> None:
     figures: list[Figure] = []
     for robot, fly, wild in kinds:
         tests = (fly(TESTS, TEST_SEED), wild(TESTS, TEST_SEED))
-        for engine in options.engines:
-            for count in options.counts:
+        for engine in engines:
+            for count in counts:
                 figures += measured(engine, robot, fly(count, TRAIN_SEED), tests)
-    report(f"search engines: {', '.join(options.engines)}", figures, [TRAIN_SEED, TEST_SEED], options.json)
+    report(f"search engines: {', '.join(engines)}", figures, [TRAIN_SEED, TEST_SEED], json)
 
 
 if __name__ == "__main__":
-    main(tyro.cli(Options, description=__doc__))
+    tyro.cli(main, description=__doc__)

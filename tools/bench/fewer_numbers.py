@@ -8,8 +8,6 @@ rates, or of steering and speed; what a diagnosis of the healthy robot's runs fi
     python tools/bench/fewer_numbers.py --cases 20 --sealed --json build/fewer_numbers.json
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 from functools import partial
@@ -53,8 +51,7 @@ def announced(robot: str, base: Base, place: Path) -> dict[str, float]:
         rows = {(row.effect, row.parameter): row for row in plan(base.equations, runs).visible}
         shown = {key: rows[SEEN[key]] for key in EFFECTS[robot] if SEEN[key] in rows}
         write_text(kept, json.dumps({key: size for key, row in shown.items() if (size := _size(row)) is not None}))
-    found: dict[str, float] = json.loads(kept.read_text())
-    return found
+    return json.loads(kept.read_text())
 
 
 def _size(row: Visible) -> float | None:

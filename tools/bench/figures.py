@@ -1,10 +1,9 @@
 """Figures of a benchmark: printed as a table with their bars, and written as JSON."""
 
-from __future__ import annotations
-
 import json
 import os
 import platform
+import sys
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -44,6 +43,11 @@ class Figure:
             return low <= value <= high
         sign, limit = self.bar.split()
         return {"<": value < float(limit), "<=": value <= float(limit), ">=": value >= float(limit)}[sign]
+
+
+def say(text: str) -> None:
+    """A line of what is going on, or why nothing is, beside the figures."""
+    print(text, file=sys.stderr, flush=True)
 
 
 def machine() -> dict[str, Any]:

@@ -1,7 +1,5 @@
 """A plant on somebody else's simulator: the noisy sensors of the standard set, and commands that may arrive late."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 
@@ -30,9 +28,7 @@ class ForeignPlant(ABC):
         self.layouts: Layouts = robot.layouts
         self.dt: float = robot.dt
         self.inputs: Array = np.zeros(len(robot.layouts.inputs))
-        begin = sensors(robot, rng).measure
-        assert begin is not None
-        self._begin = begin
+        self._begin = sensors(robot, rng).measure
 
     def reset(self, state: ArrayLike | None = None, seed: int | None = None) -> Array:
         """Start at a state ``# (state,)``; the measured one."""
@@ -67,5 +63,4 @@ def runge_kutta(slope: Callable[[Array], Array], state: Array, h: float) -> Arra
     second = slope(state + h / 2 * first)
     third = slope(state + h / 2 * second)
     fourth = slope(state + h * third)
-    following: Array = state + h / 6 * (first + 2 * second + 2 * third + fourth)
-    return following
+    return state + h / 6 * (first + 2 * second + 2 * third + fourth)

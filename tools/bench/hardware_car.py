@@ -7,8 +7,6 @@ the start by hand in between.
     python tools/bench/hardware_car.py
 """
 
-from __future__ import annotations
-
 import json
 import logging
 import math
@@ -138,11 +136,8 @@ def over_ros(folder: Path) -> list[Figure]:
                                     stdout=subprocess.PIPE, text=True)  # fmt: skip
         recorder = subprocess.Popen(["rosbag", "record", "-O", str(bag), COMMANDS, POSES], env=known,
                                     stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)  # fmt: skip
-        assert listener.stdout is not None
         listener.stdout.readline()
-        publisher = link._publisher
-        assert publisher is not None
-        wait_for(lambda: publisher.subscribers == 3)  # the car, rospy, rosbag
+        wait_for(lambda: link._publisher.subscribers == 3)  # the car, rospy, rosbag
         with HardwarePlant(link, DrivePilot(link.robot, ROOMY), record=rows.append) as plant:
             plant.reset([1.5, -0.2, 1.0, 0.0, 0.0, 0.0, 0.0])
             for number in range(MESSAGES + 60):

@@ -44,17 +44,6 @@ KILLED = "killed.parquet"
 BEFORE, LONGEST = 1.5, 20.0  # s of hover before a fault, and of waiting for what follows
 
 
-@dataclass(frozen=True)
-class Options:
-    """Inject every fault once.
-
-    Args:
-        json: write the figures to this file (- is standard output).
-    """
-
-    json: Path | None = None
-
-
 class Scene(Memoryless):
     """A hover that something is going to happen to, seen as a controller.
 
@@ -217,10 +206,14 @@ def faults() -> list[Figure]:
     return [*figures, Figure("kill -9: motors off, beyond 2 s", off - OFF, "s", "<= 0.5")]
 
 
-def main(options: Options) -> None:
-    """Print both tables; write the figures."""
-    report("Faults in flight, over UDP", faults(), [], options.json)
+def main(json: Path | None = None) -> None:
+    """Inject every fault once.
+
+    Args:
+        json: write the figures to this file (- is standard output).
+    """
+    report("Faults in flight, over UDP", faults(), [], json)
 
 
 if __name__ == "__main__":
-    main(tyro.cli(Options, description=__doc__))
+    tyro.cli(main, description=__doc__)

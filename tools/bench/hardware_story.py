@@ -7,8 +7,6 @@ docs/hardware.md; the model is the plain simulator's base, learned once and cach
     python tools/bench/hardware_story.py --prefix "chrt -r 5"     # on a machine that others use
 """
 
-from __future__ import annotations
-
 import json
 import shlex
 import subprocess
@@ -55,8 +53,7 @@ def told(command: Sequence[str], out: Path, prefix: Sequence[str] = ()) -> dict[
     answer = out.with_suffix(".json")
     whole = [*prefix, sys.executable, "-m", *command, "--json", str(answer)]
     subprocess.run(whole, cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
-    result: dict[str, Any] = json.loads(answer.read_text())
-    return result
+    return json.loads(answer.read_text())
 
 
 def flown(model: str, name: str, folder: Path, options: Options) -> dict[str, Any]:

@@ -6,8 +6,6 @@ flown again, so that the same command goes on where it was stopped. Give it a qu
     nice -n -15 python tools/bench/hardware_timing.py --out runs/timing
 """
 
-from __future__ import annotations
-
 import json
 import math
 import shlex

@@ -4,8 +4,6 @@ Three effects a robot, one of them of the sensors, in the simulator without nois
 with the effect at its true value: what a perfect diagnosis would have added.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

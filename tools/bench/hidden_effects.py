@@ -9,8 +9,6 @@ stopped goes on from it; ``--before FOLDER`` holds the answers against those tha
     python tools/bench/hidden_effects.py --quick --cases 10 --no-control --folder build/now --before build/earlier
 """
 
-from __future__ import annotations
-
 import json
 import re
 from collections import Counter
@@ -19,7 +17,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import tyro
 from answers import Record, first
 from bases import base_of
@@ -27,7 +24,7 @@ from figures import Figure, report
 from hidden_control import control_figures
 from hidden_question import Question
 from hidden_scores import figures
-from repeated import answers_of, print_table, spread
+from repeated import answers_of, print_table, spread, spread_over
 from standard_cases import standard_cases
 
 from sym2real.effects import equivalents
@@ -83,8 +80,7 @@ def questions(options: Options) -> list[Question]:
         seen[one.alike] += 1
     ordered = sorted(found, key=lambda one: (rounds[one.title], not one.case.effects))
     wanted = [one for one in ordered if re.search(options.only, one.title)]
-    places = np.linspace(0, len(wanted) - 1, min(options.cases or len(wanted), len(wanted))).round().astype(int)
-    return [wanted[place] for place in np.unique(places)]
+    return spread_over(wanted, options.cases or len(wanted))
 
 
 def differences(one: Any, other: Any, place: str = "") -> Iterator[tuple[str, float]]:

@@ -1,7 +1,5 @@
 """One question of the hidden-effect benchmark, and its answer."""
 
-from __future__ import annotations
-
 import os
 import resource
 from dataclasses import dataclass

@@ -5,12 +5,9 @@ An answer is right when it is the true effect or a member of its group in ``sym2
 heading turns, wind and a tilted mounting are not a group.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
-import numpy as np
-from answers import Record, all_matched, names, same_group
+from answers import Record, all_matched, names, parameter_error, same_group
 from figures import Figure
 from repeated import share, spread
 from scipy import stats
@@ -62,19 +59,13 @@ def flagged(record: Record) -> bool:
 
 
 def parameter_errors(record: Record) -> list[float]:
-    """|found − true| / |true − null| of every true effect that was found under its own name, over its parameters.
-
-    A parameter that a finding leaves out stays at its null value.
-    """
+    """Of every true effect that was found under its own name."""
     errors = []
     for truth, values in record["truth"].items():
         for finding in record["findings"]:
             if finding["effect"] == truth:
-                null = record["null"][truth]
-                said = {**null, **{name: one["value"] for name, one in finding["parameters"].items()}}
-                off = [said[name] - value for name, value in values.items()]
-                size = [value - null[name] for name, value in values.items()]
-                errors.append(float(np.linalg.norm(off) / np.linalg.norm(size)))
+                said = {name: one["value"] for name, one in finding["parameters"].items()}
+                errors.append(parameter_error(values, record["null"][truth], said))
     return errors
 
 

@@ -1,7 +1,5 @@
 """The best that anybody could predict: the simulator with the true effect, from the starts that the logs allow."""
 
-from __future__ import annotations
-
 import mujoco
 import numpy as np
 from standard_set import Case

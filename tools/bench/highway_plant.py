@@ -5,8 +5,6 @@ Vehicle Dynamics and Control, ch. 2. Installed with the extra ``bench``; nothing
 drawn, not tracked: levels of speed and steering for every run, and coloured noise about them.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

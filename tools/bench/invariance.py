@@ -9,10 +9,8 @@ made at the logs' own step, with what a diagnosis of the healthy robot's runs ad
     python tools/bench/invariance.py --cases 60 --sealed --json build/invariance.json
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -22,7 +20,7 @@ from bases import Base, Kind, base_of, calibrated, diagnosed
 from figures import Figure, report
 from hidden_scores import first_right
 from log_changes import CHANGES, drawn_turn
-from repeated import Asked, Run, Settings, print_table, share
+from repeated import Asked, OfRobots, print_table, share
 from single_effects import hidden_case
 from standard_cases import SERIES
 from standard_set import Case, simulate_case
@@ -43,16 +41,13 @@ CHANGED: dict[str, tuple[str, str]] = {
 
 
 @dataclass(frozen=True)
-class Options:
+class Options(OfRobots):
     """Diagnose the same cases in many disguises.
 
     Args:
-        robots: robots to run.
         changes: disguises to try; the first answers what all others are held against.
     """
 
-    run: Run = field(default_factory=Settings)
-    robots: tuple[str, ...] = ("crazyflie", "mushr")
     changes: tuple[str, ...] = tuple(CHANGED)
 
 

@@ -1,7 +1,5 @@
 """What may be done to logs without changing what a diagnosis should say of them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -39,10 +37,8 @@ def split(data: Dataset, rng: np.random.Generator) -> Dataset:
     pieces = []
     for log in data:
         at = round(rng.uniform(*SPLIT) * len(log))
-        pieces += [
-            replace(log.rows(*bounds), name=f"{log.name} {name}")
-            for name, bounds in (("first", (0, at)), ("second", (at, len(log))))
-        ]
+        pieces.append(replace(log.rows(0, at), name=f"{log.name} first"))
+        pieces.append(replace(log.rows(at, len(log)), name=f"{log.name} second"))
     return Dataset(pieces)
 
 

@@ -5,8 +5,6 @@ four motor speeds; the rate loop in front of it is that of the Crazyflie the bas
 ``bench``; nothing of it is in this project.
 """
 
-from __future__ import annotations
-
 import tomllib
 import warnings
 from collections.abc import Mapping
@@ -32,10 +30,8 @@ SIZES = ("mass", "L", "prop_inertia", "rpm2thrust", "rpm2torque", "mixing_matrix
 @cache
 def numbers(name: str) -> Mapping[str, Any]:
     """The authors' table of a drone."""
-    table: Mapping[str, Any] = tomllib.loads((resources.files("drone_models") / "data" / "params.toml").read_text())[
-        name
-    ]
-    return table
+    text = (resources.files("drone_models") / "data" / "params.toml").read_text()
+    return tomllib.loads(text)[name]
 
 
 @dataclass(frozen=True)
@@ -84,8 +80,7 @@ def speed_for(table: Mapping[str, Any], thrust: Array) -> Array:
     """Rotor speeds in rpm at which the authors' curve gives thrusts in N."""
     constant, linear, square = table["rpm2thrust"]
     wanted = np.maximum(thrust, LEAST_THRUST) - constant
-    speed: Array = (np.sqrt(linear**2 + 4 * square * wanted) - linear) / (2 * square)
-    return speed
+    return (np.sqrt(linear**2 + 4 * square * wanted) - linear) / (2 * square)
 
 
 class LsyPlant(ForeignPlant):

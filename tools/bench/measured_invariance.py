@@ -10,8 +10,6 @@ its place is what should not be.
     python tools/bench/measured_invariance.py --json build/measured_invariance.json
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
@@ -51,11 +49,7 @@ class Options:
 
 def half(number: int) -> Change:
     """The first (0) or the second (1) half of every log."""
-
-    def of(data: Dataset, _: np.random.Generator) -> Dataset:
-        return Dataset(log.rows(number * len(log) // 2, (number + 1) * len(log) // 2) for log in data)
-
-    return of
+    return lambda data, _: Dataset(log.rows(number * len(log) // 2, (number + 1) * len(log) // 2) for log in data)
 
 
 def without(left_out: int) -> Change:

@@ -1,13 +1,10 @@
 """Mistakes of a user: what they do to a healthy log, and how an answer names them.
 
-Those of the quadrotor and of the car, forty and more, are in mistakes_list.py, those of robots of joints in
-mistakes_of_joints.py.
+Those that are made with each robot are in mistakes_list.py.
 
 A mistake is a function of a log's columns and of the seed's generator of random numbers. It is named by an effect of
 :attr:`Mistake.keys` (patterns), or by a sentence that :attr:`Mistake.words` (a regular expression) is found in.
 """
-
-from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Mapping

@@ -126,8 +126,7 @@ def _missed(plant: MujocoPlant, log: Trajectory, row: int, steps: int) -> Array:
     state = plant.reset(log.state[row])
     for action in log.action[row : row + steps]:
         state = plant.step(action)
-    missed: Array = state[:3] - log.state[row + steps, :3]
-    return missed
+    return state[:3] - log.state[row + steps, :3]
 
 
 def _controller(kind: str, rng: np.random.Generator) -> Controller:

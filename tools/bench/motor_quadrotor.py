@@ -5,8 +5,6 @@ brakes it by κ k ω². What the servo gives reacts on the body: drag torque and
 of MuJoCo's own dynamics.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
@@ -66,8 +64,7 @@ def robot(inertia: float, servo: float = SERVO) -> Robot:
 
 def _servo_command(speeds: Array, gain: float) -> Array:
     """What the servos are told so that they stand at these speeds although the air brakes ``# (..., 4)``, rad/s."""
-    told: Array = -SPIN * (speeds + TORQUE_PER_THRUST * ROTOR_THRUST * speeds**2 / gain)
-    return told
+    return -SPIN * (speeds + TORQUE_PER_THRUST * ROTOR_THRUST * speeds**2 / gain)
 
 
 @dataclass
@@ -130,8 +127,7 @@ class Rotors:
     def measured(self, rows: int) -> Array:
         """Mean speeds of every control period, as tachometers report them ``# (rows, 4)``, rad/s."""
         steps = round(DT / PHYSICS_DT)
-        mean: Array = np.array(self.speeds[: rows * steps]).reshape(rows, steps, 4).mean(axis=1)
-        return mean
+        return np.array(self.speeds[: rows * steps]).reshape(rows, steps, 4).mean(axis=1)
 
 
 @dataclass
@@ -160,8 +156,7 @@ class OnMotors:
         torque = np.array(INERTIA) * RATE_GAINS * (np.array(rates) - measured[10:13])
         forces = np.linalg.solve(MIXER, [thrust, *torque])
         speeds = np.sqrt(np.maximum(forces, 0.0) / ROTOR_THRUST) + self.dither.next()
-        clipped: Array = np.clip(speeds, 0.0, FASTEST)
-        return clipped
+        return np.clip(speeds, 0.0, FASTEST)
 
 
 def estimated(rng: np.random.Generator) -> Change:

@@ -9,8 +9,6 @@ The extra ``bench`` brings JAX and sympytorch; what is not installed is left out
 ``gpu``) times the kernel and torch there, alone.
 """
 
-from __future__ import annotations
-
 import gc
 import os
 import time
@@ -138,28 +136,19 @@ def shares(found: list[Contestant], count: int) -> list[Figure]:
 def ratios(name: str, found: list[Contestant]) -> list[Figure]:
     """The bars of the issue; those of the quadrotor count."""
     by_name = {one.name: one.median for one in found}
-    counted = name == "crazyflie"
-
-    def ratio(label: str, above: str, below: str, bar: str) -> list[Figure]:
-        if above not in by_name:
-            return []
-        return [Figure(f"{name}: {label}", by_name[above] / by_name[below], "×", bar if counted else "")]
-
-    figures = []
-    figures += ratio("pytorch-mppi over ours", "pytorch-mppi", "c", ">= 50")
-    figures += ratio("pytorch-mppi compiled over ours", "pytorch-mppi compiled", "c", ">= 30")
-    figures += ratio("JAX scan over ours", "JAX scan", "c", ">= 35")
-    figures += ratio("pytorch-mppi over TorchScript alone", "pytorch-mppi", "torch", ">= 1.6")
-    figures += ratio(
-        "residual 2×64: pytorch-mppi over ours", "pytorch-mppi, residual 2×64", "c, residual 2×64", ">= 10"
+    counted, memory = name == "crazyflie", "residual 2×64, 10 past commands"
+    pairs = (
+        ("pytorch-mppi over ours", "pytorch-mppi", "c", ">= 50"),
+        ("pytorch-mppi compiled over ours", "pytorch-mppi compiled", "c", ">= 30"),
+        ("JAX scan over ours", "JAX scan", "c", ">= 35"),
+        ("pytorch-mppi over TorchScript alone", "pytorch-mppi", "torch", ">= 1.6"),
+        ("residual 2×64: pytorch-mppi over ours", "pytorch-mppi, residual 2×64", "c, residual 2×64", ">= 10"),
+        (f"{memory}: pytorch-mppi over ours", f"pytorch-mppi, {memory}", f"c, {memory}", ">= 8"),
     )
-    memory = "residual 2×64, 10 past commands"
-    figures += ratio(f"{memory}: pytorch-mppi over ours", f"pytorch-mppi, {memory}", f"c, {memory}", ">= 8")
+    over = {label: (by_name[above] / by_name[below], bar) for label, above, below, bar in pairs if above in by_name}
     networks = [value for key, value in by_name.items() if key.startswith("ensemble")]
-    figures.append(
-        Figure(f"{name}: fastest ensemble over SR", min(networks) / by_name["c"], "×", ">= 100" if counted else "")
-    )
-    return figures
+    over["fastest ensemble over SR"] = min(networks) / by_name["c"], ">= 100"
+    return [Figure(f"{name}: {label}", value, "×", bar if counted else "") for label, (value, bar) in over.items()]
 
 
 if __name__ == "__main__":

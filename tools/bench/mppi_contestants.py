@@ -1,7 +1,5 @@
 """Everybody who takes a step of MPPI in the comparison, held to float64 torch before anything is timed."""
 
-from __future__ import annotations
-
 import importlib.util
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -14,8 +12,6 @@ from mppi_models import HORIZON, Subject, residual
 from mppi_rivals import (
     Rollout,
     Step,
-    own_module,
-    plain_module,
     remembering,
     stepped,
     sympytorch_dynamics,
@@ -26,7 +22,7 @@ from rich.console import Console
 
 from sym2real.control import MPPI
 from sym2real.neural import Composed, Ensemble
-from sym2real.symbolic import compile_model, rollout
+from sym2real.symbolic import build_module, compile_model, rollout
 
 CONSOLE = Console(stderr=True)
 TOLERANCE = 1e-3  # of float32 rivals, relative to the largest state, over 40 steps
@@ -91,7 +87,7 @@ def ours(one: Subject, model: object, **options: object) -> Step:
 
 def contestants(one: Subject, samples: int, others: bool) -> list[Contestant]:
     """Everybody for one robot and number of samples; slow ones only where ``others`` are asked for."""
-    here, module = with_samples(one, samples), own_module(one)
+    here, module = with_samples(one, samples), compile_model(one.equations)
     exact = compile_model(one.equations, dtype=torch.float64)
     found = [
         Contestant(LIMIT, multiply_adds, 20),
@@ -108,9 +104,8 @@ def contestants(one: Subject, samples: int, others: bool) -> list[Contestant]:
     checked(one, "torch", lambda state, actions: rollout(module, state, actions), reference)
     checked(one, "pytorch-mppi", stepped(module), reference)
     found.append(Contestant("pytorch-mppi", with_pytorch_mppi(here, module, samples)))
-    found.append(
-        Contestant("pytorch-mppi compiled", with_pytorch_mppi(here, plain_module(one), samples, compiled=True))
-    )
+    plain = build_module(one.equations).float()  # not scripted: torch.compile can see through it
+    found.append(Contestant("pytorch-mppi compiled", with_pytorch_mppi(here, plain, samples, compiled=True)))
     if has("sympytorch"):
         dynamics = sympytorch_dynamics(one)
         checked(one, "sympytorch", stepped(dynamics), reference)

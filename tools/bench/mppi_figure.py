@@ -1,7 +1,5 @@
 """The times of the comparison as bars on a logarithmic axis."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The arithmetic limit: multiply-or-FMA slots of a sample's step at this machine's measured throughput."""
 
-from __future__ import annotations
-
 import ctypes
 from functools import lru_cache
 

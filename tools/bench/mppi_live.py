@@ -1,7 +1,5 @@
 """What a control loop feels: first calls, missed periods alone and beside busy processes, the diagnosis, the import."""
 
-from __future__ import annotations
-
 import logging
 import os
 import subprocess
@@ -12,6 +10,7 @@ from collections.abc import Callable
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
+from unittest.mock import patch
 
 import numpy as np
 from figures import Figure
@@ -47,17 +46,17 @@ def first_calls(file: Path) -> list[Figure]:
     """Building MPPI and its first action, in fresh processes: empty cache, then the same again."""
     code = FIRST_CALL.format(tools=str(Path(__file__).parent), file=str(file))
     with tempfile.TemporaryDirectory() as cache:
-        environment = {**os.environ, "XDG_CACHE_HOME": cache}
-        run = lambda: float(  # noqa: E731
-            subprocess.run(
-                [sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True
-            ).stdout
-        )
-        cold, *warm = (run() for _ in range(4))
+        cold, *warm = (_printed(code, XDG_CACHE_HOME=cache) for _ in range(4))
     return [
         Figure("first call, cold cache", cold, "s", "< 1.5"),
         Figure("first call, warm cache", min(warm), "s", "< 0.05"),
     ]
+
+
+def _printed(code: str, **environment: str) -> float:
+    """The number that a fresh process prints."""
+    command, around = [sys.executable, "-c", code], {**os.environ, **environment}
+    return float(subprocess.run(command, env=around, capture_output=True, text=True, check=True).stdout)
 
 
 def import_time() -> Figure:
@@ -65,7 +64,7 @@ def import_time() -> Figure:
 
     def seconds(code: str) -> float:
         timed = f"import torch, time; t = time.perf_counter(); {code}; print(time.perf_counter() - t)"
-        return float(subprocess.run([sys.executable, "-c", timed], capture_output=True, text=True, check=True).stdout)
+        return _printed(timed)
 
     return Figure("import sym2real beyond torch", min(seconds("import sym2real") for _ in range(5)), "s", "< 0.3")
 
@@ -84,16 +83,9 @@ def held(subject: Subject, seconds: float) -> list[Figure]:
         for one in crowd:
             one.kill()
             one.wait()
-    kept = os.environ.get("CC")
-    os.environ["CC"] = "/nonexistent/cc"
     logging.getLogger("sym2real").setLevel(logging.ERROR)
-    try:
+    with patch.dict(os.environ, CC="/nonexistent/cc"):
         slow = MPPI(compile_model(subject.equations), subject.robot, subject.task)
-    finally:
-        if kept is None:
-            del os.environ["CC"]
-        else:
-            os.environ["CC"] = kept
     return [*figures, *_loop(f"no compiler, {slow.samples} samples", slow, subject, seconds, "")]
 
 

@@ -1,7 +1,5 @@
 """What the comparison runs on: fixed equations, networks with random weights, and one constant goal for everybody."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import dataclass, replace
 from pathlib import Path

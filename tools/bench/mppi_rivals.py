@@ -4,8 +4,6 @@ Each function returns one step as a callable without arguments, and the rollout 
 ``# (N, state), (N, H, action)`` → ``# (N, H, state)``.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 
@@ -17,7 +15,7 @@ from mppi_models import HORIZON, Subject
 from torch import Tensor, nn
 
 from sym2real.neural import Composed
-from sym2real.symbolic import build_module, compile_function, compile_model, symbol
+from sym2real.symbolic import compile_function, symbol
 from sym2real.symbolic.compile import build_function
 
 Step = Callable[[], object]
@@ -90,16 +88,6 @@ def _cost(subject: Subject, plain: bool) -> nn.Module:
     state, action = subject.robot.layouts.state.columns, subject.robot.layouts.action.columns
     arguments = [state, action, [f"ref_{column}" for column in state]]
     return (build_function if plain else compile_function)([subject.task.cost], arguments)
-
-
-def own_module(subject: Subject) -> nn.Module:
-    """Our scripted module, as dynamics for others."""
-    return compile_model(subject.equations)
-
-
-def plain_module(subject: Subject) -> Callable[[Tensor, Tensor], Tensor]:
-    """Our generated source, not scripted: what torch.compile can see through."""
-    return build_module(subject.equations).float()
 
 
 def sympytorch_dynamics(subject: Subject) -> Callable[[Tensor, Tensor], Tensor]:

@@ -1,7 +1,5 @@
 """The comparison as Markdown: what is held against a bar, and the times of everybody."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from figures import Figure

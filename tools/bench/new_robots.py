@@ -8,8 +8,6 @@ for it by physics, or is one that ``plan`` said beforehand these logs cannot tel
     python tools/bench/new_robots.py --sealed --cases 10 --json build/new_robots.json
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial

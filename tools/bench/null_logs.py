@@ -7,11 +7,9 @@ step of the base from the plain simulator. What is said of the damage itself is 
     python tools/bench/null_logs.py --cases 100 --sealed --json build/null_logs.json
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -20,7 +18,7 @@ from answers import REFUSED, Record, names
 from bases import Base, base_of, diagnosed
 from figures import Figure, report
 from log_changes import taken
-from repeated import Asked, Run, Settings, print_table, share
+from repeated import Asked, OfRobots, print_table, share
 from standard_set import Case, simulate_case
 
 from sym2real.control import geometric_controller
@@ -39,18 +37,6 @@ LOST, LONGEST = 0.03, 3  # part of the rows at which rows begin to be lost, and 
 CIRCLES = 6  # logs of one circle
 STALE = 0.05  # part of the rows that repeat the state before
 OF_DAMAGE = re.compile("lost|missing|gap|repeat|stale|duplicate|froze", re.IGNORECASE)
-
-
-@dataclass(frozen=True)
-class Options:
-    """Diagnose logs with nothing to find.
-
-    Args:
-        robots: robots to run.
-    """
-
-    run: Run = field(default_factory=Settings)
-    robots: tuple[str, ...] = ("crazyflie", "mushr")
 
 
 def with_lost_rows(data: Dataset, rng: np.random.Generator) -> Dataset:
@@ -144,7 +130,7 @@ def figures(records: Sequence[Record]) -> list[Figure]:
     return found + share("all: refused", (one["verdict"] == REFUSED for one in records))
 
 
-def main(options: Options) -> None:
+def main(options: OfRobots) -> None:
     """Simulate, diagnose, print, write."""
     place, seeds = options.run.place(BENCH), options.run.seeds_of(BENCH)
     bases = [base_of(robot, "simulator", place) for robot in options.robots]
@@ -156,4 +142,4 @@ def main(options: Options) -> None:
 
 
 if __name__ == "__main__":
-    main(tyro.cli(Options, description=__doc__))
+    main(tyro.cli(OfRobots, description=__doc__))

@@ -13,8 +13,6 @@ tyres, and the arm from the rear axle to its centre.
     python tools/bench/other_simulators.py --cases "stock Crazyflie" --json build/other_simulators.json
 """
 
-from __future__ import annotations
-
 import os
 import sys
 from collections.abc import Callable, Iterator, Mapping
@@ -154,25 +152,6 @@ BULLET: dict[str, tuple[Hexarotor, Truth]] = {
 
 
 @dataclass(frozen=True)
-class Options:
-    """Diagnose runs of other people's simulators.
-
-    Args:
-        cases: cases to run; all by default.
-        seeds: of noise, dither and phases; every case once with each.
-        jobs: cases that run at the same time, each on one thread.
-        folder: every answer is kept here. Another version needs another folder.
-        json: write the figures to this file (- is standard output).
-    """
-
-    cases: tuple[str, ...] = ()
-    seeds: tuple[int, ...] = (SEED,)
-    jobs: int = 1
-    folder: Path = Path("build/bench/other_simulators")
-    json: Path | None = None
-
-
-@dataclass(frozen=True)
 class Question:
     """A case to simulate, and what to hold it against.
 
@@ -248,33 +227,46 @@ def _list(names: list[str]) -> str:
     return f" ({', '.join(names)})" if names else ""
 
 
-def main(options: Options) -> None:
-    """Simulate, diagnose, print, write.
+def main(
+    cases: tuple[str, ...] = (),
+    seeds: tuple[int, ...] = (SEED,),
+    jobs: int = 1,
+    folder: Path = Path("build/bench/other_simulators"),
+    json: Path | None = None,
+) -> None:
+    """Diagnose runs of other people's simulators.
+
+    Args:
+        cases: cases to run; all by default.
+        seeds: of noise, dither and phases; every case once with each.
+        jobs: cases that run at the same time, each on one thread.
+        folder: every answer is kept here. Another version needs another folder.
+        json: write the figures to this file (- is standard output).
 
     Raises:
         UnknownNameError: for a case that does not exist.
     """
     known = {question.case: question for question in questions()}
-    for case in options.cases:
+    for case in cases:
         if case not in known:
             raise UnknownNameError("case", case, known)
-    jobs = [
+    asked = [
         Asked(case if seed == SEED else f"{case}, seed {seed}", {"seed": seed}, partial(known[case].answer, seed))
-        for seed in options.seeds
-        for case in options.cases or known
+        for seed in seeds
+        for case in cases or known
     ]
-    answers = map(in_form_of_the_answer, answers_of(jobs, options.folder, options.jobs))
-    records = dict(zip((job.title for job in jobs), answers, strict=True))
+    answers = map(in_form_of_the_answer, answers_of(asked, folder, jobs))
+    records = dict(zip((job.title for job in asked), answers, strict=True))
     said = ((case, ", ".join(one["truth"]), one["verdict"], ", ".join(names(one))) for case, one in records.items())
     print_table("what was found", ("case", "truth", "verdict", "found"), said)
     rows = [row for case, one in records.items() for row in figures(case, one)]
     rows += share(
         "95 % interval holds the truth", (held for one in records.values() for held in covered(one)), ">= 0.9"
     )
-    report("Simulators that are not ours", rows, options.seeds, options.json)
+    report("Simulators that are not ours", rows, seeds, json)
 
 
 if __name__ == "__main__":
     if not os.environ.get("SCIPY_ARRAY_API"):  # drone-models asks for it, before SciPy is imported
         os.execve(sys.executable, [sys.executable, *sys.argv], {**os.environ, "SCIPY_ARRAY_API": "1"})
-    main(tyro.cli(Options, description=__doc__))
+    tyro.cli(main, description=__doc__)

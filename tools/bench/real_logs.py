@@ -9,8 +9,6 @@ the other sets all logs together.
     python tools/bench/real_logs.py --sets mushr_steering_offset
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -20,20 +18,21 @@ from pathlib import Path
 import torch
 import tyro
 from figures import Figure, report
-from motor_level import motor_level_equations
 from real_scores import Answer, battery_figures, car_figures, penny_figures, wind_figures
 from rich.console import Console
 
 from sym2real.diagnosis import diagnose
 from sym2real.experiments.models import cached_base
-from sym2real.logs import read_logs
+from sym2real.experiments.thrust_of_log import CALIBRATION_SECONDS
+from sym2real.logs import read_log, read_logs
 from sym2real.plants import MujocoPlant
 from sym2real.report.diagnosis import diagnosis_report
-from sym2real.robots import ROBOTS, car, quadrotor
+from sym2real.robots import ROBOTS, Motors, car, fit_thrust_per_unit, quadrotor
+from sym2real.robots.mushr import WHEELBASE
 from sym2real.symbolic import Equations
 
 DATA = Path(os.environ.get("SYM2REAL_DATA", Path(__file__).resolve().parents[3] / "shared" / "data"))
-WHEELBASE = 0.2955  # m, FACTS of the robot
+DT = 0.02  # s, of flights whose log has motor commands and no rate commands
 SCORES = {
     "crazyflie_two_pennies": penny_figures,
     "mushr_steering_offset": car_figures,
@@ -55,6 +54,16 @@ class Options:
     data: Path = DATA
     sets: tuple[str, ...] = tuple(SCORES)
     json: Path | None = None
+
+
+def motor_level_equations(path: Path, spec: str) -> Equations:
+    """Equations per unit of mass, attitude measured, thrust per unit of the motors as linear in whatever they hold.
+
+    It is fitted on the flight's first two seconds.
+    """
+    layouts = quadrotor(interface="motors", attitude="measured", dt=DT).layouts
+    per_mass = fit_thrust_per_unit(read_log(path, spec=spec, layouts=layouts, dt=DT), CALIBRATION_SECONDS)
+    return quadrotor(None, interface="motors", attitude="measured", motors=Motors(thrust=per_mass), dt=DT)
 
 
 def bases(name: str, logs: list[Path]) -> Iterator[tuple[str, Equations, MujocoPlant | None]]:

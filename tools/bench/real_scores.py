@@ -1,7 +1,5 @@
 """What diagnoses of the measured logs are worth: one figure per bar of the issue."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -165,8 +163,7 @@ def mean_residual(log: Trajectory) -> Array:
     axis = rotation.rotate(torch.as_tensor(quaternion), torch.tensor([0.0, 0.0, 1.0], dtype=torch.float64)).numpy()
     velocity = np.stack([log.column(name) for name in ("vx", "vy", "vz")], axis=1)
     residual = np.gradient(velocity, log.time, axis=0) - axis * log.column("thrust")[:, None]
-    mean: Array = residual.mean(axis=0) + np.array([0.0, 0.0, GRAVITY])
-    return mean
+    return residual.mean(axis=0) + np.array([0.0, 0.0, GRAVITY])
 
 
 def battery_figures(answers: Sequence[Answer]) -> list[Figure]:

@@ -8,12 +8,9 @@ as Parquet, a flight of formulas at 100 Hz and at 1 kHz, it is how long `inspect
     python tools/bench/recordings.py
 """
 
-from __future__ import annotations
-
 import sys
 import tempfile
 import time
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -31,16 +28,12 @@ MINUTES, HERTZ, BAR = 10, 100, "<= 3"
 MANY, MANY_AT, MANY_BAR = 10**6, (100.0, 1000.0), "<= 8"
 
 
-@dataclass(frozen=True)
-class Options:
-    """Time the readers of recordings."""
+def main(json: Path | None = None) -> None:
+    """Print the seconds of processor time of every format, the least of three, and those of many rows as Parquet.
 
-    json: Path | None = None
-    """Write the figures to this file (- is standard output)."""
-
-
-def main(options: Options) -> None:
-    """Print the seconds of processor time of every format, the least of three, and those of many rows as Parquet."""
+    Args:
+        json: Write the figures to this file (- is standard output).
+    """
     cases.POSES_AT = np.arange(0.0, 60.0 * MINUTES, 1 / HERTZ)
     cases.COMMANDS_AT = np.arange(0.013, 60.0 * MINUTES, 0.05)
     figures = []
@@ -55,7 +48,7 @@ def main(options: Options) -> None:
         figures.append(Figure(f"{kind}: {MINUTES} min of {HERTZ} Hz read and resampled", min(seconds), "s CPU", BAR))
     for hertz in MANY_AT:
         figures += _many_rows(hertz)
-    report("Recordings", figures, [], options.json)
+    report("Recordings", figures, [], json)
 
 
 def _many_rows(hertz: float) -> list[Figure]:
@@ -75,4 +68,4 @@ def _many_rows(hertz: float) -> list[Figure]:
 
 
 if __name__ == "__main__":
-    main(tyro.cli(Options, description=__doc__))
+    tyro.cli(main, description=__doc__)

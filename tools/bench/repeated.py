@@ -1,24 +1,22 @@
 """What benches of many cases share: seeds, questions, answers that are kept, tables of them, shares with intervals."""
 
-from __future__ import annotations
-
 import re
-import sys
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, TypeVar
 
 import numpy as np
 import tyro
 from answers import Record
-from figures import Figure
+from figures import Figure, say
 from rich.console import Console
 from rich.table import Table
 from scipy import stats
 
 from sym2real.experiments.study.sweep import Job, Progress, Tell, run_sweep
 
+Item = TypeVar("Item")
 # Of cases that anybody may look at; those of the final run are in sealed_seeds.py.
 DEVELOPMENT = 6_000_000
 
@@ -96,6 +94,18 @@ class Settings:
 Run = Annotated[Settings, tyro.conf.arg(name="")]
 
 
+@dataclass(frozen=True)
+class OfRobots:
+    """A bench of several robots.
+
+    Args:
+        robots: robots to run.
+    """
+
+    run: Run = field(default_factory=Settings)
+    robots: tuple[str, ...] = ("crazyflie", "mushr")
+
+
 def answers_of(jobs: Sequence[Job], folder: Path, workers: int) -> list[Record]:
     """Answers of jobs, kept in a folder; order, progress and errors as of :meth:`Settings.answers`."""
     found = run_sweep(jobs, folder, workers=workers, on_progress=_say)
@@ -104,7 +114,13 @@ def answers_of(jobs: Sequence[Job], folder: Path, workers: int) -> list[Record]:
 
 def _say(progress: Progress) -> None:
     newest = f" {progress.newest} ({progress.seconds:.0f} s)" if progress.newest else ""
-    print(f"{progress.done}/{progress.total}{newest}", file=sys.stderr, flush=True)
+    say(f"{progress.done}/{progress.total}{newest}")
+
+
+def spread_over(items: Sequence[Item], count: int) -> list[Item]:
+    """So many of them, evenly over all; all where there are no more."""
+    places = np.linspace(0, len(items) - 1, min(count, len(items))).round().astype(int)
+    return [items[place] for place in np.unique(places)]
 
 
 def print_table(title: str, headings: Sequence[str], rows: Iterable[Sequence[str]]) -> None:

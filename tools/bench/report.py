@@ -5,8 +5,6 @@ Ten simulated flights of 400 rows and five effects, so that every one of 32 mode
 are those that were simulated, with their true values: what is measured is the page, not the diagnosis.
 """
 
-from __future__ import annotations
-
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,7 +22,6 @@ from sym2real.diagnosis.faults.sanity import check
 from sym2real.experiments.models import open_model
 from sym2real.report.html.pages import diagnosis_page
 from sym2real.report.html.render import write_page
-from sym2real.symbolic import Equations
 
 EFFECTS: tuple[tuple[str, dict[str, float]], ...] = (
     ("added_mass", {"value": 0.005}),
@@ -55,7 +52,6 @@ class Bench:
     def run(self) -> None:
         """Measure, print, write."""
         base, data = open_model("crazyflie"), self._data()
-        assert isinstance(base, Equations)
         found = Diagnosis("EFFECT", "Missing: five effects.", findings=tuple(_finding(*one) for one in EFFECTS))
         check(base, data)  # a diagnosis has done that before its page is drawn
         with TemporaryDirectory() as folder:
@@ -105,8 +101,7 @@ def _switched(page: Any) -> list[float]:
     for _ in range(TIMES):
         page.locator("input[name=switch]").first.click()
         page.wait_for_timeout(50)
-    durations: list[float] = page.evaluate(FOLLOWED)
-    return durations
+    return page.evaluate(FOLLOWED)
 
 
 if __name__ == "__main__":

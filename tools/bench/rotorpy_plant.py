@@ -4,8 +4,6 @@ S. Folk, J. Paulos, V. Kumar, "RotorPy: A Python-based Multirotor Simulator with
 Research", arXiv 2306.04485. Installed with the extra ``bench``; nothing of it is in this project.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -86,12 +84,8 @@ class RotorpyPlant(ForeignPlant):
         vehicle = self._vehicle
         speeds = vehicle.get_cmd_motor_speeds(self._state, control)
         speeds = np.clip(speeds, vehicle.rotor_speed_min, vehicle.rotor_speed_max)
-
-        def slope(packed: Array) -> Array:
-            derivative: Array = vehicle._s_dot_fn(0.0, packed, speeds)
-            return derivative
-
-        self._state = vehicle._unpack_state(runge_kutta(slope, vehicle._pack_state(self._state), h))
+        packed = runge_kutta(lambda at: vehicle._s_dot_fn(0.0, at, speeds), vehicle._pack_state(self._state), h)
+        self._state = vehicle._unpack_state(packed)
         self._state["q"] /= np.linalg.norm(self._state["q"])
 
     def _true(self) -> Array:

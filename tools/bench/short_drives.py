@@ -4,8 +4,6 @@ Steering and speed go in steps; the pose has the noise of a localisation by lida
 smallest that ``plan`` says these drives show and tell from others.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -22,7 +20,7 @@ from sym2real.experiments.excitation import unlimited
 from sym2real.experiments.planned import usual_noise
 from sym2real.plants import MujocoPlant, run_episode
 from sym2real.protocols import Change
-from sym2real.robots import MUSHR, Robot, car
+from sym2real.robots import Robot, car
 from sym2real.robots.mushr import WHEELBASE
 
 SECONDS, DRIVES = 3.0, 20
@@ -37,18 +35,6 @@ NAMED = {"dead_band:steer": "value", "offset:steer": "value", "lever_arm": "rx",
 SPEED_MAP = {"gain:speed": "value", "offset:speed": "value"}
 PLAY_FIRST = ("delay", "gain:speed", "offset:speed", "dead_band:steer", "offset:steer", "lever_arm")
 Truth = Mapping[str, Mapping[str, float]]
-
-
-def at_rate(rate: float) -> Robot:
-    """The car with another control rate in Hz.
-
-    Raises:
-        ModelError: for a period that is no whole number of physics steps.
-    """
-    steps = 1.0 / rate / MUSHR.description.physics_dt
-    if abs(steps - round(steps)) > 1e-6:
-        raise ModelError(f"expected a period of whole steps of {MUSHR.description.physics_dt} s, found {rate:g} Hz")
-    return replace(MUSHR, dt=1.0 / rate)
 
 
 def steps(dt: float, rows: int, rng: np.random.Generator) -> Replayed:

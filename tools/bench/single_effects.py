@@ -1,7 +1,5 @@
 """Single effects in several sizes, of which the standard set has all."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -57,16 +55,12 @@ def _wind(size: float, rng: np.random.Generator) -> Values:
     return {"fx": 0.01 * fx, "fy": 0.01 * fy}
 
 
-def _same_along_axes(size: float, rng: np.random.Generator) -> Values:
-    return {"cx": size, "cy": size, "cz": size}
-
-
 FLIGHT_SERIES = (
     Series("added_mass", (0.0025, 0.005)),
     Series("gain:thrust", (0.9,)),
     Series("com_offset", (0.001, 0.002, 0.003), _along_an_axis("rx", "ry")),
     Series("wind", (0, 1), _wind, (False, True)),
-    Series("linear_drag", (0.010, 0.020), _same_along_axes),
+    Series("linear_drag", (0.010, 0.020), lambda size, rng: dict.fromkeys(("cx", "cy", "cz"), size)),
     Series("quadratic_drag", (0.008, 0.016)),
     Series("ground_effect", (0.175, 0.35)),
     Series("motor_lag", (0.03, 0.05, 0.07)),

@@ -7,8 +7,6 @@ M. Althoff, G. Würsching, "CommonRoad: Vehicle Models", TU Munich 2020. Install
 it is in this project. The numbers of the car are those of the MuSHR class, the tyres those of CommonRoad.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace

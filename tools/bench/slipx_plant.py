@@ -5,8 +5,6 @@ extra ``bench``; nothing of it is in this project. Commands are drawn, not track
 of the acceleration that the car is told.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any

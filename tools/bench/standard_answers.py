@@ -7,10 +7,8 @@ Cases are single effects, spread evenly over the set; sealed ones have other noi
     python tools/bench/standard_answers.py --cases 60 --sealed
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -19,7 +17,7 @@ from answers import Record, named, names, same_group, with_findings
 from bases import Base, base_of, diagnosed
 from figures import Figure, report
 from null_logs import alarm
-from repeated import Asked, Run, Settings, print_table, share
+from repeated import Asked, OfRobots, print_table, share, spread_over
 from standard_cases import standard_cases
 from standard_set import Case, simulate_case
 
@@ -28,18 +26,6 @@ from sym2real.diagnosis import try_effect
 from sym2real.experiments.study.sweep import Tell
 
 BENCH = "standard answers"
-
-
-@dataclass(frozen=True)
-class Options:
-    """Ask on after a diagnosis.
-
-    Args:
-        robots: robots to run.
-    """
-
-    run: Run = field(default_factory=Settings)
-    robots: tuple[str, ...] = ("crazyflie", "mushr")
 
 
 def followed(base: Base, case: Case, more: tuple[str, dict[str, float]]) -> Asked:
@@ -75,13 +61,12 @@ def answers(base: Base, case: Case, more: tuple[str, dict[str, float]], tell: Te
     }
 
 
-def chosen(options: Options, robot: str) -> Iterator[tuple[Case, tuple[str, dict[str, float]]]]:
+def chosen(options: OfRobots, robot: str) -> Iterator[tuple[Case, tuple[str, dict[str, float]]]]:
     """Cases, each with a second effect that is no equivalent of its own."""
     singles = [case for case in standard_cases(robot) if len(case.effects) == 1]
-    count = min(options.run.cases, len(singles))
-    cases = [singles[place] for place in np.unique(np.linspace(0, len(singles) - 1, count).round().astype(int))]
+    cases = spread_over(singles, options.run.cases)
     if options.run.sealed or options.run.seeds:
-        seeds = replace(options.run, cases=count).seeds_of(BENCH)
+        seeds = replace(options.run, cases=len(cases)).seeds_of(BENCH)
         cases = [replace(case, seed=seed) for case, seed in zip(cases, seeds, strict=False)]
     for case in cases:
         others = [one for one in singles if not same_group(one.keys[0], case.keys[0])]
@@ -113,7 +98,7 @@ def said(record: Record) -> Sequence[str]:
     return record["robot"], record["truth"], fit, record["more"], *steps
 
 
-def main(options: Options) -> None:
+def main(options: OfRobots) -> None:
     """Simulate, fit, diagnose, print, write."""
     jobs = []
     for robot in options.robots:
@@ -126,4 +111,4 @@ def main(options: Options) -> None:
 
 
 if __name__ == "__main__":
-    main(tyro.cli(Options, description=__doc__))
+    main(tyro.cli(OfRobots, description=__doc__))

@@ -1,7 +1,5 @@
 """Which effects, of which size, the standard set has: single effects, pairs, and cases with nothing to find."""
 
-from __future__ import annotations
-
 import numpy as np
 from single_effects import FLIGHT_SERIES, SEEDS, Series, singles
 from standard_set import Case

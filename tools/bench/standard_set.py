@@ -5,8 +5,6 @@ an integrator, trimmed before the log starts, without which no robot that is too
 The effects of a case are in its plant alone: nothing in the data names them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
@@ -186,8 +184,7 @@ class LevelFlight(Memoryless):
         self.missing += self.inner.dt * float(self.heights[step] - np.asarray(state)[2])
         action = self.inner.act(state, step, inputs)
         action[0] += self.inner.mass * INTEGRAL * self.missing
-        clipped: Array = np.clip(action, self.inner.low, self.inner.high)
-        return clipped
+        return np.clip(action, self.inner.low, self.inner.high)
 
 
 def _trimmed(plant: Plant, inner: GeometricQuadrotor, start: Array) -> float:

@@ -3,8 +3,6 @@
 Trim differs from run to run. Some numbers of the plant differ from the nominal ones over the whole data set.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

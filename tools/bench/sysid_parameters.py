@@ -1,7 +1,5 @@
 """What ``mujoco.sysid`` may change of the plain robots, by name, and which effect of the catalogue each of these is."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any

@@ -10,22 +10,18 @@ list has are spread evenly over it.
     python tools/bench/user_mistakes.py --cases 40 --sealed --json build/user_mistakes.json
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
 
-import numpy as np
 import tyro
 from answers import CRASHED, UNFORESEEN, Record, first, names, refusal, sentences
 from bases import Base, as_read, base_of, diagnosed
 from figures import Figure, report
 from mistakes import Mistake
-from mistakes_list import MISTAKES
-from mistakes_of_joints import JOINTS
+from mistakes_list import JOINTS, MISTAKES
 from new_robots import logs
-from repeated import Asked, Run, Settings, print_table, share
+from repeated import Asked, OfRobots, print_table, share, spread_over
 from standard_set import Case, simulate_case
 
 from sym2real.dataset import Dataset
@@ -39,16 +35,13 @@ RUNS = 4
 
 
 @dataclass(frozen=True)
-class Options:
+class Options(OfRobots):
     """Make mistakes in healthy logs.
 
     Args:
-        robots: robots to run.
         only: only these mistakes, by name.
     """
 
-    run: Run = field(default_factory=Settings)
-    robots: tuple[str, ...] = ("crazyflie", "mushr")
     only: tuple[str, ...] = ()
 
 
@@ -109,9 +102,8 @@ def judged(mistake: Mistake, answer: Record, said: Sequence[str]) -> Record:
 def chosen(options: Options, robot: str) -> Iterator[tuple[str, int]]:
     """Mistakes with a seed each."""
     known = [one.name for one in MISTAKES[robot] if not options.only or one.name in options.only]
-    count = min(options.run.cases, len(known))
-    places = np.unique(np.linspace(0, len(known) - 1, count).round().astype(int))
-    yield from zip((known[place] for place in places), replace(options.run, cases=count).seeds_of(BENCH), strict=False)
+    names = spread_over(known, options.run.cases)
+    yield from zip(names, replace(options.run, cases=len(names)).seeds_of(BENCH), strict=False)
 
 
 def verdicts(records: Sequence[Record]) -> list[Record]:

@@ -4,8 +4,6 @@ A quadrotor flies radius 0.9–1.3 m at 2.3–2.9 rad/s with noise doubled, and 
 drives in reverse, or at 2.2–4 m/s.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from sym2real.dataset import Dataset

@@ -46,10 +46,7 @@ class Effort:
 
     def to_dict(self) -> dict[str, Any]:
         """What an answer depends on, as JSON holds it; the seeds belong to the jobs."""
-        wanted = asdict(self)
-        for name in ("seeds", "everywhere"):
-            del wanted[name]
-        return wanted
+        return {name: value for name, value in asdict(self).items() if name not in ("seeds", "everywhere")}
 
 
 class OfStudy:

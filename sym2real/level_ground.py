@@ -5,8 +5,6 @@ turned about the vertical, or moved in the plane, is a log of the same robot. Wi
 it; these are no part of a robot.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import pairwise

@@ -12,6 +12,7 @@ import two_links
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import data_report
+from sym2real.diagnosis.faults.foreign_units import Steps
 from sym2real.diagnosis.faults.mistakes.transformation import Late, of_all
 from sym2real.diagnosis.faults.sanity import check
 from sym2real.experiments.noisy_runs import noisy_runs
@@ -113,6 +114,16 @@ def test_a_mistake_is_named_and_undone(spoil: Spoil, said: Sequence[str]) -> Non
         assert 'q2 unit = "rad", q2_rate unit = "rad/s"' in checked.faults[0].fix
     if [*said] == ["q1 q1_rate mirrored"]:
         assert any(line.startswith(said[0]) for line in data_report(data, BASE).lines())
+
+
+def test_commands_in_each_others_place_are_no_unit_of_one_of_them() -> None:
+    """Of a base joint whose motor gives many times what the next one needs: divided by that, the latter fits better."""
+    steps, right = Steps.of(BASE, read(swapped("tau1", "tau2"))), Steps.of(BASE, read(times(1.0)))
+    assert steps is not None
+    assert right is not None
+    assert steps.exchanged() == pytest.approx(right.missed((), 1.0))
+    assert steps.exchanged() < 0.01 * steps.missed((), 1.0)
+    assert right.exchanged() > 100 * right.missed((), 1.0)
 
 
 def test_a_joint_that_counts_the_other_way_with_its_motor_is_named() -> None:

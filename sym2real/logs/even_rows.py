@@ -5,8 +5,6 @@ moves is smooth in the time at which it was measured. So the stamps stay where w
 than by even ones, as of a loop that takes now longer and now shorter, and where nothing tells.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection
 from dataclasses import replace
 

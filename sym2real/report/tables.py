@@ -122,7 +122,8 @@ def dependence_table(rows: Sequence[Dependence]) -> Table:
 
 def episode_table(reports: Sequence[EpisodeReport]) -> Table:
     """One row per episode of Stage I."""
-    headings = ("episode", "flown", "rows", "crashes", "tracking m", "one-step error", "after fit", "fit s")
+    tracking = f"tracking {reports[0].unit if reports else ''}"
+    headings = ("episode", "flown", "rows", "crashes", tracking, "one-step error", "after fit", "fit s")
     rows = []
     for report in reports:
         sizes = (report.tracking, report.prediction, report.fitted, report.seconds)

@@ -152,6 +152,7 @@ def _notes(data: Dataset, left_out: Sequence[float], errors: Sequence[HorizonErr
         notes.append(f"the model predicts no number of {channels}: check the units of its commands and its parameters")
     if left_out:
         notes.append(f"no log is long enough for horizons {left_out} s")
-    if few := [f"{at.windows} {at.horizon:.3g} s ahead" for at in errors if at.too_few]:
+    without_fit = [at for at in errors if any(isnan(error.spread) for error in at.errors.values())]
+    if few := [f"{at.windows} {at.horizon:.3g} s ahead" for at in without_fit]:
         notes.append(f"too few windows for fit or skill: {', '.join(few)}")
     return tuple(notes)

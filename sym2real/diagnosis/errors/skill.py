@@ -93,11 +93,6 @@ class HorizonErrors:
         """How many the errors are over."""
         return next(iter(self.errors.values())).windows
 
-    @property
-    def too_few(self) -> bool:
-        """Whether the windows are too few for a fit."""
-        return any(math.isnan(error.spread) for error in self.errors.values())
-
     def to_dict(self) -> dict[str, Any]:
         """An entry of ``horizons`` in what ``sym2real compare --json`` prints."""
         return {"horizon": self.horizon, "windows": self.windows, "errors": plain(self.errors)}

@@ -49,11 +49,11 @@ def _peaks(whitened: Whitened, joint: str) -> tuple[float, ...]:
     path = torch.as_tensor(np.stack([problem.data[which].column(joint)[own] for which, own in rows]))  # (S, N - 1)
     edges = segments.edges(PIECES)
     passed = float((path[:, edges[1:] - 1] - path[:, edges[:-1]]).abs().median())  # within a piece
-    slowest = slowest_count(problem.data, joint) / (2 * pi)
-    grid = np.arange(slowest, FASTEST / passed, slowest / PERIODS / OVERSAMPLED) if passed else np.zeros(0)
-    counts = torch.as_tensor(2 * pi * grid)
+    slowest = slowest_count(problem.data, joint)
+    fastest = 2 * pi * FASTEST / passed if passed else 0.0
+    counts = torch.as_tensor(np.arange(slowest, fastest, slowest / PERIODS / OVERSAMPLED))
     falls = torch.cat([_falls(products, path, edges, some) for some in counts.split(AT_A_TIME)])
-    chance = 2 * log(max(len(grid), 1) / SETTINGS.false_alarms)
+    chance = 2 * log(max(len(counts), 1) / SETTINGS.false_alarms)
     peaks, found = find_peaks(np.pad(falls.numpy(), 1), height=0.0)
     highest = peaks[np.argsort(-found["peak_heights"])][:MOST_PEAKS] - 1
     return tuple(counts[highest].tolist()) if (falls > chance).any() else ()

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property, partial
+from itertools import combinations
 from math import inf, log
 
 import numpy as np
@@ -21,7 +22,7 @@ import torch
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.faults.fault import Breach
-from sym2real.diagnosis.faults.mistakes.transformation import of_all
+from sym2real.diagnosis.faults.mistakes.transformation import Exchanged, of_all
 from sym2real.diagnosis.faults.units import Scaled, best_factor, factors, in_unit
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.effects.along_logs import from_row_to_row
@@ -136,6 +137,12 @@ class Steps:
         """Those of the log at this place."""
         return Steps(self.model, self._predict, Dataset([self.data[place]]))
 
+    def exchanged(self) -> float:
+        """The least that is missed with two commands in each other's place, which is another mistake than a unit."""
+        swaps = (Exchanged(pair, pair[::-1], (1, 1)) for pair in combinations(self._action, 2))
+        swapped = (Steps(self.model, self._predict, of_all(swap, self.data)) for swap in swaps)
+        return min((own.missed((), 1.0) for own in swapped), default=inf)
+
     def groups(self, settled: Sequence[str]) -> list[tuple[str, ...]]:
         """Columns that may share a unit: all that have one in common, and each by itself."""
         units, shared = self._action.units, dict[str, list[str]]()
@@ -243,7 +250,7 @@ def _most_foreign(steps: Steps, settled: Sequence[str]) -> tuple[Scaled, float] 
             # Of an angle beyond half a turn the tangent is that of a smaller one, a gain or the other sign away.
             if scaled is not None and all(_mended(other, then) for other in (now, *others)):
                 best = missed, (scaled, ratio)
-    return best[1]
+    return None if best[1] is None or steps.exchanged() < best[0] else best[1]
 
 
 def _mended(now: torch.Tensor, then: torch.Tensor) -> bool:

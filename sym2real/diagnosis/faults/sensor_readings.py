@@ -184,11 +184,16 @@ def _scale_and_bias(table: Array, noise: float, noisy: bool) -> tuple[float, flo
     if inverse <= 0:
         return None
     spread = np.sqrt(covariance.diagonal())
-    turned, whole = _beyond_time(table)
+    both, others = table[:, :2], table[:, 2:]
+    # Δθ and ∫w beyond what time and Δw explain of them.
+    turned, whole = (both - others @ np.linalg.lstsq(others, both, rcond=None)[0]).T
     weakened = min(1.0, noise**2 / max(float(np.square(whole).mean()), 1e-300))  # attenuation, see above
     turned_by = weakened * abs(table[:, 1].sum() / table[:, 2].sum())
     scale, bias = 1.0 / inverse, -constant / inverse
-    least, most = _slopes(turned, whole)
+    # Slope of Δθ on ∫w, and the inverse of that of ∫w on Δθ: noise of ∫w makes the first too small, noise of Δθ the
+    # second too large.
+    together = float(turned @ whole)
+    least, most = together / max(float(whole @ whole), 1e-300), float(turned @ turned) / max(together, 1e-300)
     scaled = (
         abs(inverse - 1.0) > SETTINGS.sensor_deviations * spread[0] + weakened
         and abs(np.log(scale)) > SETTINGS.uneven
@@ -218,18 +223,3 @@ def _fit(table: Array) -> tuple[Array, Array, Array]:
     values = inverse @ design.T @ target
     left = target - design @ values
     return values, inverse @ ((design * left[:, None] ** 2).T @ design) @ inverse, left
-
-
-def _beyond_time(table: Array) -> Array:
-    """Δθ and ∫w beyond what time and Δw explain of them ``# (2, stretches)``."""
-    both, others = table[:, :2], table[:, 2:]
-    return np.asarray((both - others @ np.linalg.lstsq(others, both, rcond=None)[0]).T)
-
-
-def _slopes(turned: Array, whole: Array) -> tuple[float, float]:
-    """Slope of Δθ on ∫w, and the inverse of that of ∫w on Δθ.
-
-    Noise of ∫w makes the first too small, noise of Δθ the second too large.
-    """
-    together = float(turned @ whole)
-    return together / max(float(whole @ whole), 1e-300), float(turned @ turned) / max(together, 1e-300)

@@ -63,7 +63,7 @@ def adaptation_page(adaptation: Adaptation, title: str) -> Page:
     best, switch = reports[on_top], Switch("what was learned", f"the model of round {on_top}")
     learned = f"from {best.learned.rows} rows" if on_top else "nothing: the model that was given is the best"
     horizon = f"{best.horizon:.3g} s ahead"
-    summary = f"Learned {learned}; {horizon} its position is {number(best.prediction, 2)} m off on an unseen log."
+    summary = f"Learned {learned}; {horizon} it is {number(best.prediction, 2)} {best.unit} off on an unseen log."
     added = (Figures("Every round", rounds_charts(reports)), rounds_table(reports))
     return model_page(Given(models, (switch,)), data, title, compare(models[0], data), summary, added=added)
 

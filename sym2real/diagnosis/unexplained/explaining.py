@@ -46,8 +46,8 @@ def _leftovers(scored: Scored) -> tuple[Leftover, ...]:
     left = problems.problem.residuals(selection.fit.values[None])[0]
     leftovers += find_where_odd(problems, left)
     misfit = problems.whitening.misfit(left)
-    mostly_odd = misfit > SETTINGS.far and len(odd_pieces(problems)) > SETTINGS.mostly * len(problems.whitening.trust)
-    if not any(leftover.matters for leftover in leftovers) and (astray or mostly_odd):
+    many_odd = misfit > SETTINGS.far and len(odd_pieces(problems)) > SETTINGS.worth_saying * len(left)
+    if not any(leftover.matters for leftover in leftovers) and (astray or many_odd):
         motion = part_of_changes(problems.problem.segments, left)
         leftovers += find_misfit(misfit, motion)
         # Where a simulator has shown the base's own errors, these may be as large.

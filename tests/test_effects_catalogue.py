@@ -35,7 +35,7 @@ WHEELS_ONLY = {"turning_friction", "wheel_radius", "track_width", "wheel_grip", 
 JOINTS = {
     *("joint_damping", "joint_friction", "joint_stiffness", "armature", "link_mass"),
     *("servo_gain", "gravity_tilt", "load", "link_centre", "link_inertia", "link_length"),
-    *("joint_drag", "joint_bias", "torque_ripple", "servo_limit"),
+    *("joint_drag", "joint_bias", "torque_ripple", "stribeck", "servo_limit"),
 }
 OWN = {"parameter"}  # of equations with named parameters, which the package's robots do not have
 SENSOR = {"sensor_sign", "sensor_bias", "sensor_scale", "sensor_lag", "time_shift"}

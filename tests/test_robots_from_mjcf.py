@@ -348,6 +348,7 @@ def test_a_servo_with_a_gear_reaches_the_ends_of_its_joint() -> None:
         ("arm", "load:grip", {"value": 0.4}),
         ("arm", "gain:pull", {"value": 0.6}),
         ("cart_pole", "joint_friction:slider", {"value": 1.0}),
+        ("cart_pole", "stribeck:slider", {"value": 1.0, "speed": 0.5}),
     ],
 )
 def test_an_effect_in_the_equations_is_the_effect_in_the_simulator(
@@ -358,7 +359,7 @@ def test_an_effect_in_the_equations_is_the_effect_in_the_simulator(
     MuJoCo's dry friction is soft: where a joint decelerates much faster than in proportion to its rate, it pushes on.
     So it is told little.
     """
-    told = 0.05 if key.startswith("joint_friction") else 1.0
+    told = 0.05 if key.startswith(("joint_friction", "stribeck")) else 1.0
     robot, base = {"arm": arm, "cart_pole": CART_POLE}[name], equations[name]
     plant = MujocoPlant(robot, (effect(key, robot).inject(**values),))
     without, _ = misses(robot, base, plant, told)

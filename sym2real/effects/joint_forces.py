@@ -7,6 +7,10 @@
 ``torque_ripple``. The cogging of a motor's magnets, its commutation, a gear or a screw that is out of round:
 τ = a sin(n q) + b cos(n q), n times in a turn.
 
+``stribeck``. Dry friction that is larger at low speed, where the lubricant does not carry yet: as a joint begins
+to slide, c + s exp(-(q̇/v)²) goes to c (B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, "A survey of models, analysis
+tools and compensation methods for the control of machines with friction", Automatica 30 (1994) 1083–1138).
+
 ``servo_limit``. A servo gives no more than so much force, as its current or its supply allows: |τ| ≤ τ_max. So does the
 floor under a wheel that slips: what a servo asks for beyond μ N r spins the wheel.
 """
@@ -15,7 +19,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from sympy import Abs, cos, sin
+from sympy import Abs, cos, exp, sin
 
 from sym2real.effects import truth
 from sym2real.effects.body import Body
@@ -23,6 +27,7 @@ from sym2real.effects.kind import NOT_NEGATIVE, POSITIVE, Kind, Numbers, Paramet
 from sym2real.effects.searching import LATER, Searching
 from sym2real.effects.terms import raised
 from sym2real.effects.wrench import INERTIA, altered, apply_joint_force, inertia, strength
+from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.dry_friction import USUAL_DECELERATION
 from sym2real.vocabulary import UNLIMITED, quantity_of, rate_column
@@ -125,6 +130,48 @@ TORQUE_RIPPLE = _of_joint(
     searching=Searching(from_null=False, repeats=True),
 )
 
+
+def _stribeck_parameters(body: Body) -> tuple[Parameter, ...]:
+    scale = USUAL_DECELERATION * inertia(body)
+    angular = body.unit == "rad"
+    size = Parameter("value", "N m" if angular else "N", 0.0, 0.0, max(30 * scale, strength(body)), scale)
+    speed = Parameter("speed", "rad/s" if angular else "m/s", 0.1, 1e-3, 10.0, 0.1, domain=POSITIVE, acts_alone=False)
+    return (size, speed)
+
+
+def _stribeck_substitute(equations: Equations, values: Values, body: Body) -> Equations:
+    """The friction of the rate at the period's start."""
+    more = values["value"] * exp(-((symbol(rate_column(body.column)) / values["speed"]) ** 2))
+    return raised(equations, quantity_of("friction", body.column), more)
+
+
+def _stick(body: Body, values: Numbers) -> Change:
+    """The bound of MuJoCo's friction loss, set anew at every step."""
+    described = f"{body.column}_friction"
+
+    def edit(spec: Any) -> None:
+        spec.add_numeric(name=described, size=1, data=[spec.joint(body.column).frictionloss])
+
+    def set_bound(model: Any, data: Any) -> None:
+        more = values["value"] * np.exp(-((data.joint(body.column).qvel[0] / values["speed"]) ** 2))
+        model.dof_frictionloss[model.joint(body.column).dofadr] = model.numeric(described).data[0] + more
+
+    return Change("", edit=edit, force=set_bound)
+
+
+STRIBECK = _of_joint(
+    name="stribeck",
+    parameters=_stribeck_parameters,
+    formula=r"\tau = -s\,e^{-(\dot q/v)^2}\,\mathrm{sign}(\dot q)",
+    summary="Dry friction is larger where a joint starts to slide than where it slides.",
+    confused_with="dry friction, where the joint moves at one speed; a lag of its motor's command",
+    shown_by="slow motion of the joint with reversals, beside fast",
+    fix="compensate it in the actuator's loop, dither the command, or another lubricant",
+    inject=_stick,
+    substitute=_stribeck_substitute,
+    needs=(quantity_of("friction", "{column}"), rate_column("{column}")),
+    searching=Searching(why_not=lambda _: LATER),
+)
 
 # Parts of what a servo asks for at its largest command, from which a search starts.
 PARTS_OF_STRENGTH = (0.05, 0.1, 0.2, 0.4, 0.8)

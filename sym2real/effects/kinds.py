@@ -27,7 +27,7 @@ FILES = {
         *("joint_damping", "joint_friction", "joint_stiffness", "armature", "link_mass"),
         *("servo_gain", "gravity_tilt", "load"),
     ),
-    "joint_forces": ("joint_drag", "joint_bias", "torque_ripple", "servo_limit"),
+    "joint_forces": ("joint_drag", "joint_bias", "torque_ripple", "stribeck", "servo_limit"),
     "links": ("link_centre", "link_inertia", "link_length"),
     "forces": ("wind", "linear_drag", "quadratic_drag", "periodic_force"),
     "mountings": ("mounting_tilt", "marker_tilt", "mounting_yaw", "yaw_bias", "lever_arm"),

@@ -8,8 +8,8 @@
 τ = a sin(n q) + b cos(n q), n times in a turn.
 
 ``stribeck``. Dry friction that is larger at low speed, where the lubricant does not carry yet: as a joint begins
-to slide, c + s exp(-(q̇/v)²) goes to c (B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, "A survey of models, analysis
-tools and compensation methods for the control of machines with friction", Automatica 30 (1994) 1083–1138).
+to slide, c + s exp(-(q̇/v)²) goes to c (B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, "A survey of models,
+analysis tools and compensation methods for the control of machines with friction", Automatica 30 (1994) 1083–1138).
 
 ``servo_limit``. A servo gives no more than so much force, as its current or its supply allows: |τ| ≤ τ_max. So does the
 floor under a wheel that slips: what a servo asks for beyond μ N r spins the wheel.

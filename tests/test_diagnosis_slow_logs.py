@@ -11,7 +11,7 @@ from standard_set import Case, simulate_case
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import Diagnosis, add, compare, diagnose
 from sym2real.diagnosis.estimate.simulator import with_effects_of
-from sym2real.diagnosis.faults.mistakes.lost_commands import with_lost_commands
+from sym2real.diagnosis.faults.mistakes.lost_commands import _smooth, with_lost_commands
 from sym2real.effects.sensors import MeasuredModel
 from sym2real.errors import ShapeError
 from sym2real.logs import read_log, read_logs, write_log
@@ -134,3 +134,12 @@ def test_commands_that_a_recorder_lost_are_no_effect(tmp_path: Path) -> None:
 def test_commands_that_are_held_stay_as_they_are() -> None:
     held = simulate_case(Case("mushr", seed=41), trajectories=2, rows=200, robot=MUSHR.at_period(PERIOD))
     assert with_lost_commands(MUSHR.nominal(), held) is held
+
+
+def test_a_command_between_rows_may_be_taken_half_way_to_the_smooth_one() -> None:
+    (log,) = simulate_case(Case("mushr", seed=41), trajectories=1, rows=100)
+    half, whole = (_smooth(log, 2, part).between for part in (0.5, 1.0))
+    assert half is not None
+    assert whole is not None
+    np.testing.assert_array_equal(half[:, 0], log.action)
+    np.testing.assert_allclose(half[:, 1], (log.action + whole[:, 1]) / 2, atol=1e-12)

@@ -24,6 +24,8 @@ STYLE = {"EFFECT": "bold yellow", "NOTHING_MISSING": "bold green", "UNEXPLAINED"
 SHARES = "misfit: squared errors within a second, all channels against their noise; the ladder: errors further ahead"
 TOO_FEW = "too few independent pieces of data for a test"
 OTHER_FORM = "An effect stands for more than itself: its form, or another effect, is not what the robot has"
+OF_COMMANDS = ("change of ", "earlier ")
+BETWEEN_ROWS = "a controller that is faster than its log leaves the like: `nominal --dt` with its step takes that away"
 NO_BETTER_THAN_HOLD = "no model predicts these logs better than that nothing changes, so tests over whole logs decide"
 
 
@@ -91,6 +93,8 @@ def leftover_lines(leftovers: Sequence[Leftover]) -> list[str]:
     for left in leftovers:
         words = f"{statement(left)} ({measure(left, ' on unseen logs')}): {left.term}"
         lines.append(f"[red]left over[/] {escape(words)}")
+    if any(left.matters and left.explained_by.startswith(OF_COMMANDS) for left in leftovers):
+        lines.append(f"[dim]{BETWEEN_ROWS}[/]")
     return lines
 
 

@@ -2,8 +2,9 @@
 
 A recorder that keeps every second row of a controller's commands loses the others. Held over the row, the one that was
 kept looks as if it did less than it does (errors in variables). In the place of a lost command stands what is expected
-of it, the smooth part of those that were kept (regression calibration: R. Carroll et al., "Measurement Error in
-Nonlinear Models", 2006, chapter 4). The model tells which of the two it was, by its errors over a row.
+of it, the smooth part of those that were kept, or half-way to it where they mostly answer noise (regression
+calibration: R. Carroll et al., "Measurement Error in Nonlinear Models", 2006, chapter 4). The model tells which of
+these it was, by its errors over a row.
 """
 
 from dataclasses import replace
@@ -22,6 +23,7 @@ from sym2real.symbolic.period import steps_within
 from sym2real.trajectory import Trajectory
 
 ROWS = 2  # of a delay, at most, that commands may have in the comparison
+PARTS = (0.5, 1.0)  # of the way from the command that is held to the smooth one
 
 
 def with_lost_commands(model: Equations, data: Dataset) -> Dataset:
@@ -32,9 +34,9 @@ def with_lost_commands(model: Equations, data: Dataset) -> Dataset:
     parts = steps_within(model, data.dt)
     if parts == 1 or data[0].between is not None:
         return data
-    smooth = Dataset(_smooth(log, parts) for log in data)
-    held, expected = (_likelihood_of_any_delay(model, logs, parts) for logs in (data, smooth))
-    return smooth if expected - held > SETTINGS.sensor_deviations**2 else data
+    versions = [data, *(Dataset(_smooth(log, parts, part) for log in data) for part in PARTS)]
+    likely = [_likelihood_of_any_delay(model, logs, parts) for logs in versions]
+    return versions[int(np.argmax(likely))] if max(likely) - likely[0] > SETTINGS.sensor_deviations**2 else data
 
 
 def _likelihood_of_any_delay(model: Equations, data: Dataset, parts: int) -> float:
@@ -57,12 +59,13 @@ def _later(log: Trajectory, place: int, parts: int, late: int) -> Trajectory:
     return replace(log, action=between[:, 0], between=between)
 
 
-def _smooth(log: Trajectory, parts: int) -> Trajectory:
+def _smooth(log: Trajectory, parts: int, part: float) -> Trajectory:
+    """With commands between rows that lie so much of the way from the one that is held to a smooth curve."""
     rows = np.arange(len(log), dtype=np.float64)
     moments = np.minimum(rows[:, None] + np.arange(parts) / parts, rows[-1])
     between = np.stack([make_smoothing_spline(rows, column)(moments) for column in log.action.T], axis=-1)
     between[:, 0] = log.action
-    return replace(log, between=between)
+    return replace(log, between=log.action[:, None] + part * (between - log.action[:, None]))
 
 
 def step_likelihood(model: Equations, data: Dataset) -> float:

@@ -222,6 +222,7 @@ def test_the_interval_of_a_delay_holds_it_where_commands_change_within_steps() -
         (Estimate(123.4, 111.4, 135.4, "m/s"), "123 ± 12 m/s"),
         (Estimate(1.02, 0.97, 1.07, "1"), "1.020 ± 0.050"),
         (Estimate(2.13, 0.41, 6.3, "rad/s"), "2.1 (0.4 … 6.3) rad/s"),
+        (Estimate(0.995, 0.298, 0.997, "1"), "0.9950 (0.2980 … 0.9970)"),  # a mass that surely is not the described
         (Estimate(0.5, -np.inf, np.inf, "N"), "0.5 N"),
         (Estimate(0.0, 0.0, 15.0, "N", determined=False), "undetermined"),
         (Estimate(0.5, 0.5, 0.5, "N"), "0.5 N"),

@@ -47,11 +47,13 @@ class Estimate:
 
     @property
     def with_half_width(self) -> str:
-        """Value, interval and unit for a sentence, to two digits of half of it; both ends where one is much further."""
-        half = (self.high - self.low) / 2
+        """Value, interval and unit for a sentence, to two digits of how far the next end of it is; both ends where one
+        is much further.
+        """
+        half, nearest = (self.high - self.low) / 2, min(self.high - self.value, self.value - self.low)
         if not (self.determined and 0.0 < half < math.inf):
             return self.text
-        places = max(0, 1 - math.floor(math.log10(half)))
+        places = max(0, 1 - math.floor(math.log10(max(nearest, half / 100))))
         value, low, high, width = (f"{number:.{places}f}" for number in (self.value, self.low, self.high, half))
         even = abs(self.high + self.low - 2 * self.value) < half * SETTINGS.mostly
         interval, unit = f"± {width}" if even else f"({low} … {high})", "" if self.unit == "1" else self.unit

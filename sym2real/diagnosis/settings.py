@@ -58,7 +58,7 @@ class Settings:
     unit_near: float = _of(1.25, "tuned", "times that a ratio may be off the unit that is named: the list of mistakes")
     unheard_of: float = _of(30.0, "sensor", "times what is meant, or the usual scatter, that no robot does")
     scalar_last: float = _of(0.8, "tuned", "correlation of attitudes whose scalar is last: the list of mistakes")
-    command_unit: float = _of(10.0, "tuned", "times: a command's other unit, and what it mends: the list of mistakes")
+    command_unit: float = _of(9.5, "tuned", "times: a command's other unit, and what it mends: the list of mistakes")
     command_sides: float = _of(2.0, "tuned", "times more that far factors of that unit must miss: the list of mistakes")
     others_worse: float = _of(0.25, "tuned", "part of what is mended that another may lose: the list of mistakes")
     frame_turn: float = _of(float(np.deg2rad(25.0)), "sensor", "a smaller turn is a sensor that is mounted askew")

@@ -101,7 +101,8 @@ def _late_commands(balances: Balances, data: Dataset) -> Breach | None:
     likely = [step_likelihood(balances.model, of_all(late, data)) for late in lates]
     best = int(np.argmax(likely))
     beside = max(value for late, value in zip(lates, likely, strict=True) if late.rows <= 0)
-    if not np.exp(2.0 * (beside - likely[best]) / sum(map(len, data))) < SETTINGS.mostly:  # or no number
+    # At the end of what is looked at there need be no most likely one; not below, as it may be no number.
+    if best == len(lates) - 1 or not np.exp(2.0 * (beside - likely[best]) / sum(map(len, data))) < SETTINGS.mostly:
         return None
     late = _those_late(balances.model, data, lates[best], likely[best])
     old, new = (balances(logs).losses.mean(0) for logs in (data, of_all(late, data)))

@@ -14,14 +14,15 @@ from scipy.signal import find_peaks
 from torch import Tensor
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.estimate.swing import AT_A_TIME, FASTEST, OVERSAMPLED
+from sym2real.diagnosis.estimate.swing import AT_A_TIME, OVERSAMPLED
 from sym2real.diagnosis.estimate.whitening import PIECES, Whitened
 from sym2real.diagnosis.predict.candidate import Counts
 from sym2real.diagnosis.settings import SETTINGS
 from sym2real.least_squares import solve
 from sym2real.vocabulary import push_column
 
-PERIODS, MOST_PEAKS = 2.0, 4  # that logs must pass, so that something repeats at all; that a search tries
+# Periods that logs must pass, so that something repeats at all, and at most a piece passes; peaks that a search tries.
+PERIODS, FASTEST, MOST_PEAKS = 2.0, 0.5, 4
 
 
 def find_counts(whitened: Whitened) -> Counts:

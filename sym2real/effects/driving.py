@@ -227,7 +227,8 @@ def _carry(spec: Any, body: Body, values: Numbers) -> None:
     ahead = values["moment"] / mass if mass > 0 else math.nan
     own = values["inertia"] - mass * ahead**2
     if not own >= 0:
-        raise ModelError(f"expected a mass, and an inertia of at least moment²/mass, to simulate, found {dict(values)}")
+        actual = f"{mass:.4g} kg, {values['moment']:.4g} kg m and {values['inertia']:.4g} kg m²"
+        raise ModelError(f"expected a mass, and an inertia of at least moment²/mass, to simulate, found {actual}")
     truth.weld(truth.free_body(spec), [ahead, 0.0, 0.0], mass, [0.5 * own, 0.5 * own, own])
 
 

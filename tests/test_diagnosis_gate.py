@@ -326,6 +326,16 @@ def test_an_error_that_only_tells_what_noise_grows_to_does_not_rise(before: int,
     assert gate.passed is not bool(worse)
 
 
+def test_what_is_less_likely_than_not_is_not_announced_as_missing() -> None:
+    sure = Finding("delay", {"value": about(0.1, 0.01, "s")}, 0.9, probability=1.0)
+    doubtful = Finding("added_mass", {"value": about(-0.1, 0.01, "kg")}, 0.01, probability=0.0)
+    gate = Gate(stage("base", 1.0, 1.0), stage("+ delay", 0.5, 0.5))
+    said = summary("EFFECT", Parts((), (sure, doubtful), (), gate))
+    assert said.startswith("Missing: delay (value 0.100 ± 0.020 s); less likely than not: added_mass (")
+    alone = summary("EFFECT", Parts((), (doubtful,), (), gate))
+    assert alone.startswith("Missing: added_mass (")
+
+
 def test_the_sentence_begins_with_the_verdict() -> None:
     """Of a load that sloshes: a lag of 4 ms is there in every log, and explains nothing of what is missing."""
     lag = Finding("lag", {"value": about(0.0044, 0.001, "s")}, 0.5, group=("lag", "lag:wx_cmd"), small=True)

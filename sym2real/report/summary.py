@@ -34,11 +34,14 @@ def summary(answer: Verdict, parts: Parts, interrupted: str = "") -> str:
         # Where predictions do not bear out what was found, the faults are the answer.
         # Announced are those without which an error is larger by a tenth, or all, where they are needed together alone.
         clear = [finding for finding in findings if not finding.doubtful]
-        announced = [finding for finding in clear if not finding.small] or clear
-        small = [finding for finding in clear if finding not in announced]
+        needed = [finding for finding in clear if not finding.small] or clear
+        small = [finding for finding in clear if finding not in needed]
+        announced = [finding for finding in needed if _likely(finding)] or needed
+        unlikely = [finding for finding in needed if finding not in announced]
         unclear = _beside([finding for finding in findings if finding.doubtful], gate)
         stays = doubt or _nameless(parts)
-        established = [*_missing(announced, parts.ladder), *rest, *stays, *_small(small), *unclear]
+        missing = [*_missing(announced, parts.ladder), *_unlikely(unlikely)]
+        established = [*missing, *rest, *stays, *_small(small), *unclear]
         clauses += established if gate.passed else [*_beside(findings, gate), *rest]
         clauses += [] if findings or left else [f"beside that {_nothing(parts)}"]
     elif answer == "UNEXPLAINED":
@@ -98,6 +101,15 @@ def _missing(announced: Sequence[Finding], stages: Sequence[Rung]) -> list[str]:
     if fall is not None:
         parts.append(f"with it the {fall[0]} error on held-out pieces changes from {fall[1]:.3g} to {fall[2]:.3g}")
     return parts
+
+
+def _likely(finding: Finding) -> bool:
+    return finding.probability is None or finding.probability >= SETTINGS.mostly
+
+
+def _unlikely(findings: Sequence[Finding]) -> list[str]:
+    names = "; ".join(map(_with_alternatives, findings))
+    return [f"less likely than not: {names}, as other effects beside the rest are likelier"] if names else []
 
 
 def _small(findings: Sequence[Finding]) -> list[str]:

@@ -251,7 +251,7 @@ class Selection:
         where too few of its periods are passed.
         """
         problem, library = self.problems.problem, self.problems.problem.library
-        own, first = library.effects[candidate.name], float(fit.values[candidate.free[0]])
+        own, first = library.effects[library.slots[candidate.free[0]].effect], float(fit.values[candidate.free[0]])
         too_few = own.searching.repeats and first < slowest_count(problem.data, own.column)
         slots = [slot for slot in candidate.slots if library.slots[slot].parameter.acts_alone]
         values, near = fit.values[slots], AT_BOUND * library.scale[slots]

@@ -26,7 +26,7 @@ from sym2real.effects.body import Body
 from sym2real.effects.kind import NOT_NEGATIVE, POSITIVE, Kind, Numbers, Parameter, Values, several
 from sym2real.effects.searching import LATER, Searching
 from sym2real.effects.terms import raised
-from sym2real.effects.wrench import INERTIA, altered, apply_joint_force, inertia, strength
+from sym2real.effects.wrench import INERTIA, altered, apply_joint_force, force_unit, inertia, strength
 from sym2real.protocols import Change
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.dry_friction import USUAL_DECELERATION
@@ -76,7 +76,7 @@ def _forces(body: Body, *names: str) -> tuple[Parameter, ...]:
     """Forces or torques along a joint, of either sign."""
     scale = USUAL_DECELERATION * inertia(body)
     most = max(30 * scale, strength(body))
-    return several(names, "N m" if body.unit == "rad" else "N", null=0.0, low=-most, high=most, scale=scale)
+    return several(names, force_unit(body), null=0.0, low=-most, high=most, scale=scale)
 
 
 def _pull(data: Any, body: Body, values: Numbers) -> None:
@@ -133,9 +133,8 @@ TORQUE_RIPPLE = _of_joint(
 
 def _stribeck_parameters(body: Body) -> tuple[Parameter, ...]:
     scale = USUAL_DECELERATION * inertia(body)
-    angular = body.unit == "rad"
-    size = Parameter("value", "N m" if angular else "N", 0.0, 0.0, max(30 * scale, strength(body)), scale)
-    speed = Parameter("speed", "rad/s" if angular else "m/s", 0.1, 1e-3, 10.0, 0.1, domain=POSITIVE, acts_alone=False)
+    size = Parameter("value", force_unit(body), 0.0, 0.0, max(30 * scale, strength(body)), scale)
+    speed = Parameter("speed", f"{body.unit}/s", 0.1, 1e-3, 10.0, 0.1, domain=POSITIVE, acts_alone=False)
     return (size, speed)
 
 
@@ -179,8 +178,7 @@ PARTS_OF_STRENGTH = (0.05, 0.1, 0.2, 0.4, 0.8)
 
 def _limit_parameters(body: Body) -> tuple[Parameter, ...]:
     most = strength(body)
-    unit = "N m" if body.unit == "rad" else "N"
-    return (Parameter("value", unit, UNLIMITED, 0.0, most, most / 10, domain=POSITIVE),)
+    return (Parameter("value", force_unit(body), UNLIMITED, 0.0, most, most / 10, domain=POSITIVE),)
 
 
 def _weaken(spec: Any, body: Body, values: Numbers) -> None:

@@ -42,7 +42,7 @@ from sym2real.effects.kind import (
 )
 from sym2real.effects.searching import Searching
 from sym2real.effects.terms import raised
-from sym2real.effects.wrench import ALONE, INERTIA, altered, inertia, multiplying, strength
+from sym2real.effects.wrench import ALONE, INERTIA, altered, force_unit, inertia, multiplying, strength
 from sym2real.inertias import write_inertia
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.dry_friction import USUAL_DECELERATION, dry_friction
@@ -112,7 +112,7 @@ def _joint_friction_parameters(body: Body) -> tuple[Parameter, ...]:
     scale = USUAL_DECELERATION * inertia(body)
     # A gear's may be large beside what a light link weighs, and not beside what drives it.
     most = max(30 * scale, strength(body))
-    return _added(body, FRICTION, "N m" if body.unit == "rad" else "N", most, scale)
+    return _added(body, FRICTION, force_unit(body), most, scale)
 
 
 def _starts(body: Body, _values: Array) -> tuple[float, ...]:

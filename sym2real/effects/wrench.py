@@ -143,6 +143,11 @@ def strength(body: Body) -> float:
     return body.numbers.get(f"{body.column}_strength", 0.0)
 
 
+def force_unit(body: Body) -> str:
+    """Of what acts along the bound joint: N m where it turns, N where it slides."""
+    return "N m" if body.unit == "rad" else "N"
+
+
 def altered(equations: Equations, body: Body, kind: MechanicalQuantity, value: Expr, force: Expr) -> Equations:
     """The equations with more of what the bound joint has, or with its force along the joint where they lack it."""
     if (quantity := quantity_of(kind, body.column)) in equations.quantities:

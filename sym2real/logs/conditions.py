@@ -29,6 +29,7 @@ from sym2real.vocabulary import (
 
 HOW_FAST = "speed"  # how fast the robot is, whatever is commanded
 WHERE = "position "  # with the axis: where it is, which on a path that repeats goes with all else
+CHANGE_OF = "change of "  # with the command: how fast it changes
 UNITS = {
     "height": "m",
     HOW_FAST: "m/s",
@@ -121,7 +122,7 @@ def signed_features(trajectory: Trajectory) -> dict[str, Array]:
     for name in trajectory.layouts.action:
         command = trajectory.column(name)
         values[name] = command
-        values[f"change of {name}"] = np.gradient(_smooth(command))
+        values[f"{CHANGE_OF}{name}"] = np.gradient(_smooth(command))
     return values
 
 

@@ -11,10 +11,12 @@ from rich.table import Table
 
 from sym2real.diagnosis import Diagnosis, Fall, Fault, Finding, Gate, HypothesisTest, Term, Where
 from sym2real.diagnosis.predict.competitors import NotTested
+from sym2real.diagnosis.unexplained.disturbance_terms import name_of_earlier
 from sym2real.diagnosis.unexplained.leftover import Leftover
 from sym2real.effects.bound import NO_COLUMN
 from sym2real.effects.few_words import in_few_words
 from sym2real.effects.searching import SETTLED
+from sym2real.logs.conditions import CHANGE_OF
 from sym2real.report.ladder import ladder_table
 from sym2real.report.leftover import measure, statement
 from sym2real.report.tables import number, table_of
@@ -24,7 +26,7 @@ STYLE = {"EFFECT": "bold yellow", "NOTHING_MISSING": "bold green", "UNEXPLAINED"
 SHARES = "misfit: squared errors within a second, all channels against their noise; the ladder: errors further ahead"
 TOO_FEW = "too few independent pieces of data for a test"
 OTHER_FORM = "An effect stands for more than itself: its form, or another effect, is not what the robot has"
-OF_COMMANDS = ("change of ", "earlier ")
+OF_COMMANDS = (CHANGE_OF, name_of_earlier(""))
 BETWEEN_ROWS = "a controller that is faster than its log leaves the like: `nominal --dt` with its step takes that away"
 NO_BETTER_THAN_HOLD = "no model predicts these logs better than that nothing changes, so tests over whole logs decide"
 

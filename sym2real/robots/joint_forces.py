@@ -12,7 +12,6 @@ from sym2real.robots.mjcf_columns import command_kind, driven_joint, servos_of
 from sym2real.robots.spatial import Values
 from sym2real.symbolic import symbol
 from sym2real.symbolic.dry_friction import dry_friction
-from sym2real.trajectory import Array
 from sym2real.vocabulary import push_column, quantity_of
 
 
@@ -48,13 +47,14 @@ class Forces:
             control = symbol(self.actions[name]) if name in self.actions else Integer(0)
             joint = joints[driven_joint(self.model, index)]
             actuation[joint] += self._given(index, control, place[joint], rate[joint])
+        servos = servos_of(self.model)
         for number, link in enumerate(self.links):
             joint = self.model.joint(link.joint).id
             if self.model.jnt_actfrclimited[joint]:
-                actuation[number] = _within(actuation[number], self.model.jnt_actfrcrange[joint])
-            if link.joint in servos_of(self.model):
+                actuation[number] = within(actuation[number], *self.model.jnt_actfrcrange[joint].tolist())
+            if link.joint in servos:
                 most = symbol(quantity_of("servo_limit", link.joint))
-                actuation[number] = Max(Min(actuation[number], most), -most)
+                actuation[number] = within(actuation[number], -most, most)
         return force + actuation
 
     def held(self, rate: Sequence[Expr], other: Values) -> Values:
@@ -77,10 +77,10 @@ class Forces:
             by_rate = by_rate * (times if kind == "velocity" else 1)
         given = gain * control + constant + by_place * gear * place + by_rate * gear * rate
         if model.actuator_forcelimited[index]:
-            given = _within(given, model.actuator_forcerange[index])
+            given = within(given, *model.actuator_forcerange[index].tolist())
         return gear * given
 
 
-def _within(force: Expr, ends: Array) -> Expr:
-    low, high = ends
-    return Max(Min(force, float(high)), float(low))
+def within(force: Expr, low: Expr | float, high: Expr | float) -> Expr:
+    """A force that ends at limits."""
+    return Max(Min(force, high), low)

@@ -7,7 +7,7 @@ q̇ = W v for every v that they leave. So a state of pose and velocity alone is 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from copy import copy
 from dataclasses import dataclass
 from typing import Any
@@ -165,11 +165,9 @@ def _sliding(model: mujoco.MjModel, data: Any) -> Array:
 
 def drilling(model: mujoco.MjModel, data: Any) -> float:
     """Torque in N m that brakes a turn: dry friction of bodies that touch at several points, about their middles."""
-    resting, force = _at_rest(model, data), np.zeros(6)
     patches: dict[tuple[int, ...], list[Array]] = {}
-    for number, contact in enumerate(resting.contact):
-        mujoco.mj_contactForce(model, resting, number, force)
-        held = (contact.friction[0] if contact.dim > NO_FRICTION else 0.0) * force[0]
+    for contact, pressed in _pressing(model, data):
+        held = (contact.friction[0] if contact.dim > NO_FRICTION else 0.0) * pressed
         patches.setdefault(tuple(model.geom_bodyid[contact.geom]), []).append(np.append(contact.pos, held))
     points = (np.array(patch) for patch in patches.values())
     return float(sum(np.linalg.norm(p[:, :2] - p[:, :2].mean(axis=0), axis=1) @ p[:, 3] for p in points))
@@ -177,12 +175,19 @@ def drilling(model: mujoco.MjModel, data: Any) -> float:
 
 def _loads(model: mujoco.MjModel, data: Any) -> dict[int, float]:
     """What presses each body on others where the robot rests, N."""
-    resting, force, loads = _at_rest(model, data), np.zeros(6), dict[int, float]()
+    loads: dict[int, float] = {}
+    for contact, pressed in _pressing(model, data):
+        for body in model.geom_bodyid[contact.geom].tolist():
+            loads[body] = loads.get(body, 0.0) + pressed
+    return loads
+
+
+def _pressing(model: mujoco.MjModel, data: Any) -> Iterator[tuple[Any, float]]:
+    """Contacts of the robot at rest, and what presses both together at each, N."""
+    resting, force = _at_rest(model, data), np.zeros(6)
     for number, contact in enumerate(resting.contact):
         mujoco.mj_contactForce(model, resting, number, force)
-        for body in model.geom_bodyid[contact.geom].tolist():
-            loads[body] = loads.get(body, 0.0) + float(force[0])
-    return loads
+        yield contact, float(force[0])
 
 
 def inputs_of(model: mujoco.MjModel) -> Layout:

@@ -51,9 +51,9 @@ def in_reach(robot: Robot | None, logs: Dataset) -> Dataset:
 def _with_joint_in_reach(log: Trajectory, column: str, ends: tuple[float, float]) -> Trajectory:
     (low, high), unit = ends, log.layouts.state.units[column]
     least, most = np.quantile(log.column(column), ENDS).tolist()
-    turns = round(((least + most) - (low + high)) / (4.0 * np.pi)) if unit == "rad" else 0
-    if turns and low <= least - 2.0 * np.pi * turns and most - 2.0 * np.pi * turns <= high:
-        state = log.state - 2.0 * np.pi * turns * (np.array(log.layouts.state.columns) == column)
+    turns = 2.0 * np.pi * round(((least + most) - (low + high)) / (4.0 * np.pi)) if unit == "rad" else 0.0
+    if turns and low <= least - turns and most - turns <= high:
+        state = log.state - turns * (np.array(log.layouts.state.columns) == column)
         return replace(log, state=state, notes=(*log.notes, f"{column} is put into its range {WHOLE_TURNS}"))
     lowest, highest = roughly((low, high))
     if max(-least, most) > LARGEST_PLACE[unit] and (least < lowest or most > highest):

@@ -22,14 +22,14 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from sympy import Expr, Float, Max, Min
+from sympy import Expr, Float
 
 from sym2real.errors import ModelError
 from sym2real.layout import Layouts
 from sym2real.robots import mjcf_columns as columns
 from sym2real.robots.covered import LEARN, against_rolling
 from sym2real.robots.driven import braking
-from sym2real.robots.joint_forces import Forces
+from sym2real.robots.joint_forces import Forces, within
 from sym2real.robots.joint_tree import Link, as_expression, links_of
 from sym2real.robots.nominal_car import along_the_arc
 from sym2real.robots.planar import OF_FREE, Wheels, drilling
@@ -128,10 +128,9 @@ def _accelerations(
     ]
     along = forces.at(exact(np.zeros(len(names))), np.array(of_wheels, dtype=object))
     along = forces.held(of_wheels, build.each("drive", along))
-    most = [symbol(f"most_{name}") for name in names]
     torques = [
-        build.name(f"torque_{name}", Max(Min(force, limit), -limit))
-        for name, force, limit in zip(names, along, most, strict=True)
+        build.name(f"torque_{name}", within(force, -symbol(f"most_{name}"), symbol(f"most_{name}")))
+        for name, force in zip(names, along, strict=True)
     ]
     centrifugal = symbol(MASS_MOMENT) * turning
     forward, aside, (x, y) = symbol("push_ahead"), symbol("push_left"), lever

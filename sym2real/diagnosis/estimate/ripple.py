@@ -22,7 +22,7 @@ from sym2real.least_squares import solve
 from sym2real.vocabulary import push_column
 
 # Periods that logs must pass, so that something repeats at all, and at most a piece passes; peaks that a search tries.
-PERIODS, FASTEST, MOST_PEAKS = 2.0, 0.5, 4
+FEWEST_PERIODS, OF_A_PIECE, MOST_PEAKS = 2.0, 0.5, 4
 
 
 def find_counts(whitened: Whitened) -> Counts:
@@ -35,7 +35,7 @@ def find_counts(whitened: Whitened) -> Counts:
 
 def slowest_count(data: Dataset, joint: str) -> float:
     """The least count, in 1/rad or 1/m, of which logs pass so many periods that they show that it repeats."""
-    return 2 * pi * PERIODS / max(float(np.ptp(np.concatenate([log.column(joint) for log in data]))), 1e-12)
+    return 2 * pi * FEWEST_PERIODS / max(float(np.ptp(np.concatenate([log.column(joint) for log in data]))), 1e-12)
 
 
 def _peaks(whitened: Whitened, joint: str) -> tuple[float, ...]:
@@ -51,8 +51,8 @@ def _peaks(whitened: Whitened, joint: str) -> tuple[float, ...]:
     edges = segments.edges(PIECES)
     passed = float((path[:, edges[1:] - 1] - path[:, edges[:-1]]).abs().median())  # within a piece
     slowest = slowest_count(problem.data, joint)
-    fastest = 2 * pi * FASTEST / passed if passed else 0.0
-    counts = torch.as_tensor(np.arange(slowest, fastest, slowest / PERIODS / OVERSAMPLED))
+    fastest = 2 * pi * OF_A_PIECE / passed if passed else 0.0
+    counts = torch.as_tensor(np.arange(slowest, fastest, slowest / FEWEST_PERIODS / OVERSAMPLED))
     falls = torch.cat([_falls(products, path, edges, some) for some in counts.split(AT_A_TIME)])
     chance = 2 * log(max(len(counts), 1) / SETTINGS.false_alarms)
     peaks, found = find_peaks(np.pad(falls.numpy(), 1), height=0.0)

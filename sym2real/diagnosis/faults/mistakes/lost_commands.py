@@ -23,7 +23,7 @@ from sym2real.symbolic.period import steps_within
 from sym2real.trajectory import Trajectory
 
 ROWS = 2  # of a delay, at most, that commands may have in the comparison
-PARTS = (0.5, 1.0)  # of the way from the command that is held to the smooth one
+TOWARDS_SMOOTH = (0.5, 1.0)  # of the way from the command that is held to the smooth one
 
 
 def with_lost_commands(model: Equations, data: Dataset) -> Dataset:
@@ -34,7 +34,7 @@ def with_lost_commands(model: Equations, data: Dataset) -> Dataset:
     parts = steps_within(model, data.dt)
     if parts == 1 or data[0].between is not None:
         return data
-    versions = [data, *(Dataset(_smooth(log, parts, part) for log in data) for part in PARTS)]
+    versions = [data, *(Dataset(_smooth(log, parts, part) for log in data) for part in TOWARDS_SMOOTH)]
     likely = [_likelihood_of_any_delay(model, logs, parts) for logs in versions]
     return versions[int(np.argmax(likely))] if max(likely) - likely[0] > SETTINGS.sensor_deviations**2 else data
 

@@ -133,6 +133,14 @@ def test_what_logs_contradict_of_a_calibration_is_dropped() -> None:
     assert kept.selection.chosen == []
 
 
+def test_what_is_found_beside_a_calibrated_base_is_held_against_all_that_the_base_as_it_is_could_explain() -> None:
+    """A calibration that names nothing, by next to nothing of its own, where the logs ask for an effect."""
+    known = ready(MUSHR.nominal(), drives("offset:steer", value=0.05))
+    found = search(replace(known, origin=known.origin + 1e-9, candidates=()), SILENT)
+    assert found.prepared.calibration is None
+    assert [member.name for member in found.selection.chosen] == ["offset:steer"]
+
+
 def test_what_would_explain_all_that_is_left_is_suspect_where_it_is_not_beyond_chance() -> None:
     known = ready(MUSHR.nominal(), drives("offset:steer", value=0.05))
     found = search(known, SILENT)

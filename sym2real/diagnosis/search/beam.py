@@ -124,12 +124,12 @@ def _without_effects(prepared: Prepared) -> EffectSet:
 
 
 def _doubtful(searched: Selection, other: Prepared) -> bool:
-    """Whether what was found costs so much less beside the base as the other way has it.
-
-    As much as an effect must save: a simulator's wheels slip where a robot's may roll.
+    """Whether what was found costs less beside the base as the other way has it, or all effects at once leave less
+    there, by as much as an effect must save: a simulator's wheels sink in and slip where a robot's may roll.
     """
     same = Selection(other.problems, other.candidates, other.origin).beside(searched.chosen, searched.fit)
-    return _cheaper(same, searched.present)
+    left = float(other.problems.totals([other.full_fit]))
+    return _cheaper(same, searched.present) or left < (1.0 - SETTINGS.another_effect) * searched.present.fit.total
 
 
 def _cheaper(effects: EffectSet, others: EffectSet) -> bool:

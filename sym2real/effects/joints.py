@@ -124,7 +124,7 @@ def _starts(body: Body, _values: Array) -> tuple[float, ...]:
 
 def _joint_friction_substitute(equations: Equations, values: Values, body: Body) -> Equations:
     joint, friction = body.column, values["value"]
-    force = dry_friction(friction, symbol(rate_column(joint)), equations.dt, inertia(body))
+    force, _ = dry_friction(friction, symbol(rate_column(joint)), equations.dt, inertia(body))
     return altered(equations, body, "friction", friction, force)
 
 

@@ -1,4 +1,4 @@
-"""What acts along the joints of a robot from an MJCF: actuators, springs, dampers, dry friction, and what comes in."""
+"""What acts along the joints of a robot from an MJCF: actuators, springs, dampers, and what comes in."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -7,31 +7,27 @@ import mujoco
 import numpy as np
 from sympy import Abs, Expr, Integer, Max, Min
 
+from sym2real.robots.driven import braking
 from sym2real.robots.joint_tree import Link, as_expression
 from sym2real.robots.mjcf_columns import command_kind, driven_joint, servos_of
-from sym2real.robots.spatial import Values
+from sym2real.robots.spatial import Values, exact
 from sym2real.symbolic import symbol
-from sym2real.symbolic.dry_friction import dry_friction
 from sym2real.vocabulary import push_column, quantity_of
 
 
 @dataclass(frozen=True, eq=False)
 class Forces:
-    """Along the joints: external forces, springs, dampers and actuators, and dry friction against what these leave.
+    """Along the joints: external forces, springs, dampers and actuators, and what dry friction may be.
 
     Args:
         model: the compiled file.
         links: its joints.
         actions: column of the action by actuator; others stand at control 0.
-        dt: time step in s.
-        moved: what a force along each joint moves, kg or kg m² ``# (n,)``.
     """
 
     model: mujoco.MjModel
     links: Sequence[Link]
     actions: Mapping[str, str]
-    dt: float
-    moved: Sequence[float]
 
     def at(self, place: Values, rate: Values) -> Values:
         """Where the joints are and how fast they move ``# (n,)``."""
@@ -57,14 +53,17 @@ class Forces:
                 actuation[number] = within(actuation[number], -most, most)
         return force + actuation
 
-    def held(self, rate: Sequence[Expr], other: Values) -> Values:
-        """Other forces ``# (n,)``, and dry friction against the rates and what these ask for."""
-        forces = other.copy()
-        for number, link in enumerate(self.links):
-            friction = symbol(quantity_of("friction", link.joint))
-            moved = self.moved[number] - link.armature + symbol(quantity_of("armature", link.joint))
-            forces[number] += dry_friction(friction, rate[number], self.dt, moved, other[number])
-        return forces
+    @property
+    def friction(self) -> list[Expr]:
+        """Dry friction of each joint at most ``# (n,)``."""
+        return [symbol(quantity_of("friction", link.joint)) for link in self.links]
+
+    @property
+    def brakes(self) -> Values:
+        """Damping of each joint with its servos' gain of the rate ``# (n,)``."""
+        dofs = [self.model.joint(link.joint).dofadr[0] for link in self.links]
+        servos = exact((braking(self.model) - self.model.dof_damping)[dofs])
+        return servos + [symbol(quantity_of("damping", link.joint)) for link in self.links]
 
     def _given(self, index: int, control: Expr, place: Expr, rate: Expr) -> Expr:
         """By an actuator's gain and bias, within its limits."""

@@ -5,9 +5,10 @@ Continuous time, for coordinates q and their rates::
     M(q) q̈ + c(q, q̇) = τ        τ = actuators + springs and dampers of the joints + external forces
 
 M by the composite-rigid-body algorithm, c by recursive Newton–Euler (:mod:`sym2real.robots.spatial`), q̈ by
-elimination. Discrete time: the classical Runge–Kutta method in as many parts of a period as the joint needs that brakes
-fastest, in whatever pose, actions and forces held: local error fifth order; of few joints in parts of a few
-milliseconds, because dry friction takes half a part to stop them. Every lengthy intermediate result has a name.
+elimination. Discrete time: the classical Runge–Kutta method in as many parts of a period as the joint needs
+that brakes fastest, in whatever pose, actions and forces held: local error fifth order. Of dry friction the mean of a
+part is held, by the accelerations at its start, damped as the implicit midpoint rule has it. Every lengthy intermediate
+result has a name.
 
 Effects bind to these quantities: ``gravity_x``, ``gravity_y``, ``gravity_z`` (m/s², world axes); of joint J
 ``armature_J`` (kg or kg m², inertia that turns with its motor), ``damping_J``, ``drag_J`` (by the squared rate),
@@ -18,6 +19,7 @@ and ``load_S`` (kg, a point mass at site S).
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from math import ceil, sqrt
 
 import mujoco
@@ -32,7 +34,7 @@ from sym2real.robots.driven import braking, springing
 from sym2real.robots.joint_forces import Forces
 from sym2real.robots.joint_tree import Link, as_expression, links_of
 from sym2real.robots.link_quantities import link_quantities
-from sym2real.robots.runge_kutta import Build, fastest, parts_of, stepped
+from sym2real.robots.runge_kutta import Build, Known, fastest, mean_friction, parts_of, stepped
 from sym2real.robots.spatial import Force, Inertia, Motion, Transform, Values, along, force_cross, motion_cross
 from sym2real.symbolic import Equations, symbol
 from sym2real.symbolic.expressions import names_in
@@ -40,10 +42,10 @@ from sym2real.vocabulary import GRAVITY_COMPONENTS, quantity_of, rate_column
 
 # Every part has all of the equations once more.
 MOST_PARTS = 8
-# Dry friction stops a joint within half a part, so that it begins and ends sharply in parts this short, s; what swings
-# on a spring goes right to a thousandth in parts of so many rad. As far as squares of the number of joints, by which
-# equations grow, times parts stay within those of six joints in one part.
-SHARP, SWING, SHORT = 0.005, 0.5, 36
+# What dry friction holds and lets go within parts this long, s, goes right to a hundredth of a rad/s; what swings on a
+# spring to a thousandth in parts of so many rad. As far as squares of the number of joints, by which equations grow,
+# times parts stay within those of six joints in one part.
+SHARP, SWING, SHORT = 0.01, 0.5, 36
 ROUNDING = 1e-9
 TOO_FAST = (
     "somewhere in the joints' ranges a joint is so light that it rests within a small part of a period: predictions "
@@ -88,34 +90,52 @@ def multibody(model: mujoco.MjModel, layouts: Layouts, actions: Mapping[str, str
         build.quantities |= link.quantities
     build.quantities |= dict.fromkeys(link_quantities(model), Integer(1))
     build.quantities |= {quantity_of("load", model.site(site).name): Integer(0) for site in columns.loaded_sites(model)}
-    alone = [1.0 / float(model.dof_invweight0[model.joint(link.joint).dofadr[0]]) for link in links]
-    forces = Forces(model, links, actions, build.part, alone)
     names = [link.joint for link in links]
     place = np.array([symbol(name) for name in names], dtype=object)
     rate = np.array([symbol(rate_column(name)) for name in names], dtype=object)
-
-    def accelerations(place: Values, rate: Values) -> Values:
-        return _accelerations(build, forces, place, rate)
-
-    moved, rate = stepped(build, accelerations, place, rate)
+    moved, rate = stepped(build, Tree(build, Forces(model, links, actions)), place, rate)
     place = place + moved
     changed = dict(zip(names, place, strict=True)) | dict(zip(map(rate_column, names), rate, strict=True))
     following = {column: changed[column] for column in layouts.state}
     quantities = _used(build.quantities, following, columns.quantities_of(model))
     notes = [TOO_FAST] if needed > build.parts else []
     if build.parts > MOST_PARTS:
-        lightest = names[int(np.argmax(np.diag(brakes) / alone))]
+        dofs = [model.joint(name).dofadr[0] for name in names]
+        lightest = names[int(np.argmax(np.diag(brakes) * model.dof_invweight0[dofs]))]
         notes.append(LONG.format(steps=build.parts, joint=lightest, rest=1.0 / start))
     return Equations(following, layouts, dt, quantities=quantities, notes=tuple(notes))
 
 
-def _accelerations(build: Build, forces: Forces, place: Values, rate: Values) -> Values:
-    links = forces.links
-    transforms = [_named(build, link, coordinate) for link, coordinate in zip(links, place, strict=True)]
-    bias = _bias(build, links, transforms, rate)
-    drive = build.each("drive", forces.at(place, rate) - bias)
-    wanted = build.each("wanted", forces.held(rate, drive))
-    return _solved(build, _mass_matrix(build, links, transforms), wanted)
+@dataclass(frozen=True, eq=False)
+class Tree:
+    """Equations of motion of joints: what ``known`` returns is M ``# (n, n)``, and τ - c without dry friction.
+
+    Args:
+        build: takes intermediate results.
+        forces: along the joints.
+    """
+
+    build: Build
+    forces: Forces
+
+    def known(self, place: Values, rate: Values) -> Known:
+        links, build = self.forces.links, self.build
+        transforms = [_named(build, link, coordinate) for link, coordinate in zip(links, place, strict=True)]
+        bias = _bias(build, links, transforms, rate)
+        drive = build.each("drive", self.forces.at(place, rate) - bias)
+        return _mass_matrix(build, links, transforms), drive
+
+    def friction(self, known: Known, rate: Values) -> tuple[Values, Values]:
+        matrix, drive = known
+        damped = matrix + np.diag(self.build.part / 2 * self.forces.brakes)
+        unit = np.eye(len(drive), dtype=int).astype(object)
+        solved = _solved(self.build, "mean", damped, np.column_stack([drive, unit]))
+        friction, early = mean_friction(self.build, self.forces.friction, rate, solved[:, 0], solved[:, 1:])
+        return friction, self.build.each("further", solved[:, 1:] @ early)
+
+    def accelerations(self, known: Known, friction: Values) -> Values:
+        matrix, drive = known
+        return _solved(self.build, "now", matrix, self.build.each("wanted", drive + friction)[:, None])[:, 0]
 
 
 def _used(quantities: Mapping[str, Expr], following: Mapping[str, Expr], kept: Sequence[str]) -> dict[str, Expr]:
@@ -176,22 +196,22 @@ def _mass_matrix(build: Build, links: Sequence[Link], transforms: Sequence[Trans
     return build.each("mass", matrix)
 
 
-def _solved(build: Build, matrix: Values, wanted: Values) -> Values:
-    """M⁻¹ times a vector by elimination without pivots: M is positive definite."""
+def _solved(build: Build, name: str, matrix: Values, wanted: Values) -> Values:
+    """M⁻¹ times columns ``# (n, k)`` by elimination without pivots: M is positive definite."""
     matrix, wanted, count = matrix.copy(), wanted.copy(), len(wanted)
     for pivot in range(count):
         for row in range(pivot + 1, count):
             if matrix[row, pivot] == 0:
                 continue
-            factor = build.short(f"factor_{row}_{pivot}", matrix[row, pivot] / matrix[pivot, pivot])
+            factor = build.short(f"{name}_factor_{row}_{pivot}", matrix[row, pivot] / matrix[pivot, pivot])
             for column in range(pivot + 1, count):
                 matrix[row, column] = build.short(
-                    f"left_{row}_{column}_{pivot}", matrix[row, column] - factor * matrix[pivot, column]
+                    f"{name}_left_{row}_{column}_{pivot}", matrix[row, column] - factor * matrix[pivot, column]
                 )
-            wanted[row] = build.short(f"asked_{row}_{pivot}", wanted[row] - factor * wanted[pivot])
+            wanted[row] = build.each(f"{name}_asked_{row}_{pivot}", wanted[row] - factor * wanted[pivot])
     for row in reversed(range(count)):
-        rest = wanted[row] - sum(matrix[row, column] * wanted[column] for column in range(row + 1, count))
-        wanted[row] = build.short(f"acceleration_{row}", rest / matrix[row, row])
+        rest = wanted[row] - matrix[row, row + 1 :] @ wanted[row + 1 :]
+        wanted[row] = build.each(f"{name}_acceleration_{row}", rest / matrix[row, row])
     return wanted
 
 

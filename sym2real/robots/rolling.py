@@ -16,8 +16,8 @@ limit), to the masses (``mass_ahead``, ``mass_moment``, ``mass_turning``), to ``
 width), and to the external forces.
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from functools import partial
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import mujoco
@@ -33,10 +33,9 @@ from sym2real.robots.joint_forces import Forces, within
 from sym2real.robots.joint_tree import Link, as_expression, links_of
 from sym2real.robots.nominal_car import along_the_arc
 from sym2real.robots.planar import OF_FREE, Wheels, drilling
-from sym2real.robots.runge_kutta import Build, fastest, parts_of, stepped
+from sym2real.robots.runge_kutta import Build, Known, fastest, mean_friction, parts_of, stepped
 from sym2real.robots.spatial import Values, exact
 from sym2real.symbolic import Equations, symbol
-from sym2real.symbolic.dry_friction import dry_friction
 from sym2real.trajectory import Array
 from sym2real.vocabulary import (
     DRILLING,
@@ -82,23 +81,17 @@ def rolling(model: mujoco.MjModel, data: Any, layouts: Layouts, actions: Mapping
         _numbers(links, wheels, inertia, spinning)
         | {MASS_MOMENT: as_expression(moment), DRILLING: as_expression(brakes)},
         dt,
-        parts_of(decay, dt, dry=True),
+        parts_of(decay, dt),
     )
-    moved = [1.0 / float(way @ np.linalg.solve(inertia, way)) for way in wheels.ways]
-    forces = Forces(model, links, actions, build.part, moved)
-    against = partial(dry_friction, symbol(DRILLING), dt=build.part, inertia=inertia[1, 1])
     sine, cosine = symbol("sin_yaw"), symbol("cos_yaw")
     build.quantities |= {
         "push_ahead": symbol("fx") * cosine + symbol("fy") * sine,
         "push_left": symbol("fy") * cosine - symbol("fx") * sine,
     }
     speed = build.name("speed_ahead", symbol("vx") * cosine + symbol("vy") * sine)
-    (moved, turned), (speed, turning) = stepped(
-        build,
-        lambda _, rates: _accelerations(build, rates, forces, lever, against),
-        exact(np.zeros(2)),
-        np.array([speed, symbol("wz")]),
-    )
+    axle = Axle(build, Forces(model, links, actions), lever)
+    rates = np.array([speed, symbol("wz")])
+    (moved, turned), (speed, turning) = stepped(build, axle, exact(np.zeros(2)), rates)
     build.quantities |= {
         "next_speed": speed,
         "half_turn": turned / 2,
@@ -109,39 +102,74 @@ def rolling(model: mujoco.MjModel, data: Any, layouts: Layouts, actions: Mapping
     return Equations(following, layouts, dt, quantities=build.quantities, notes=notes)
 
 
-def _accelerations(
-    build: Build, rates: Values, forces: Forces, lever: Sequence[float], drilling: Callable[..., Expr]
-) -> Values:
-    """Of the speed ahead (m/s²) and the turning (rad/s²) ``# (2,)``.
+@dataclass(frozen=True, eq=False)
+class Axle:
+    """Equations of motion: what ``known`` returns is forces along the wheels, and what else pushes and turns.
+
+    Their friction is that of the wheels' joints, and behind it of wheels with a width that drill ``# (n + 1,)``.
 
     Args:
         build: takes intermediate results.
-        rates: the speed ahead, and the turning ``# (2,)``.
         forces: along the wheels' joints.
         lever: where external forces act, in the body's axes, m ``# (2,)``.
-        drilling: of wheels with a width: its torque by the turning rate and the other torques.
     """
-    names, (speed, turning) = [link.joint for link in forces.links], rates
-    ways = [_way(name) for name in names]
-    of_wheels = [
-        build.name(rate_column(name), a * speed + b * turning) for name, (a, b) in zip(names, ways, strict=True)
-    ]
-    along = forces.at(exact(np.zeros(len(names))), np.array(of_wheels, dtype=object))
-    along = forces.held(of_wheels, build.each("drive", along))
-    torques = [
-        build.name(f"torque_{name}", within(force, -symbol(f"most_{name}"), symbol(f"most_{name}")))
-        for name, force in zip(names, along, strict=True)
-    ]
-    centrifugal = symbol(MASS_MOMENT) * turning
-    forward, aside, (x, y) = symbol("push_ahead"), symbol("push_left"), lever
-    by_wheels = [sum(way[of] * torque for way, torque in zip(ways, torques, strict=True)) for of in (0, 1)]
-    ahead = build.name("force", by_wheels[0] + forward + centrifugal * turning)
-    turned = symbol("tz") + x * aside - y * forward - centrifugal * speed
-    turned = build.name("turned", by_wheels[1] + turned)
-    turn = build.name("moment", turned + drilling(turning, other=turned))
-    whole, mixed, spun = (symbol(name) for name in MASSES)
-    span = whole * spun - mixed**2
-    return build.each("acceleration", np.array([spun * ahead - mixed * turn, whole * turn - mixed * ahead]) / span)
+
+    build: Build
+    forces: Forces
+    lever: Sequence[float]
+
+    def known(self, place: Values, rate: Values) -> Known:
+        speed, turning = rate
+        names = [link.joint for link in self.forces.links]
+        of_wheels = [
+            self.build.name(rate_column(name), along) for name, along in zip(names, self._ways @ rate, strict=True)
+        ]
+        along = self.forces.at(exact(np.zeros(len(names))), np.array(of_wheels, dtype=object))
+        forward, aside, (x, y) = symbol("push_ahead"), symbol("push_left"), self.lever
+        centrifugal = symbol(MASS_MOMENT) * turning
+        ahead = self.build.name("push", forward + centrifugal * turning)
+        turned = self.build.name("turned", symbol("tz") + x * aside - y * forward - centrifugal * speed)
+        return self.build.each("drive", along), np.array([ahead, turned])
+
+    def friction(self, known: Known, rate: Values) -> tuple[Values, Values]:
+        along, body = known
+        ways = np.vstack([self._ways, exact(np.array([[0.0, 1.0]]))])
+        brakes = self._ways.T @ np.diag(self.build.part / 2 * self.forces.brakes) @ self._ways
+        inverse = self._inverse("mean", brakes)
+        free = self.build.each("free", inverse @ self._sum("mean", along, body))
+        by_forces = self.build.each("by", ways @ inverse @ ways.T)
+        friction, early = mean_friction(
+            self.build, [*self.forces.friction, symbol(DRILLING)], ways @ rate, ways @ free, by_forces
+        )
+        return friction, self.build.each("further", inverse @ ways.T @ early)
+
+    def accelerations(self, known: Known, friction: Values) -> Values:
+        along, (ahead, turned) = known
+        body = np.array([ahead, turned + friction[-1]])
+        return self.build.each("acceleration", self._inverse("now") @ self._sum("now", along + friction[:-1], body))
+
+    @property
+    def _ways(self) -> Values:
+        """Rate of every wheel per speed forward and per turning rate ``# (n, 2)``."""
+        return np.array([_way(link.joint) for link in self.forces.links], dtype=object)
+
+    def _sum(self, name: str, along: Values, body: Values) -> Values:
+        """Force ahead in N and torque in N m of the wheels, as far as they grip, and what else acts ``# (2,)``."""
+        torques = [
+            self.build.name(
+                f"torque_{name}_{link.joint}",
+                within(force, -symbol(f"most_{link.joint}"), symbol(f"most_{link.joint}")),
+            )
+            for link, force in zip(self.forces.links, along, strict=True)
+        ]
+        return self.build.each(f"moment_{name}", self._ways.T @ torques + body)
+
+    def _inverse(self, name: str, more: Values | int = 0) -> Values:
+        """Of the masses, and what is added to them ``# (2, 2)``."""
+        whole, mixed, spun = (symbol(mass) for mass in MASSES)
+        (a, b), (_, c) = self.build.each(f"masses_{name}", np.array([[whole, mixed], [mixed, spun]]) + more)
+        span = self.build.name(f"span_{name}", a * c - b**2)
+        return np.array([[c, -b], [-b, a]]) / span
 
 
 def _way(wheel: str) -> tuple[Expr, Expr]:

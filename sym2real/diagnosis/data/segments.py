@@ -108,17 +108,18 @@ def segment_length(layout: Layout, dt: float) -> int:
     return max(rows, round(seconds / dt))
 
 
-def cut(data: Dataset, fields: Collection[str] | None = None) -> Segments:
+def cut(data: Dataset, fields: Collection[str] | None = None, length: int | None = None) -> Segments:
     """Segments of all logs, without overlap.
 
     Args:
         data: logs.
         fields: what is compared; by default what these logs measure.
+        length: rows of each; by default :func:`segment_length`.
 
     Raises:
         ShapeError: when no log is long enough for one.
     """
-    length = segment_length(data.layouts.state, data.dt)
+    length = length or segment_length(data.layouts.state, data.dt)
     first = SETTLING + WARM_UP
     rows = (without_stops(own, np.arange(first, len(own) - length, length), length) for own in data)
     starts = [(log, row) for log, own in enumerate(rows) for row in own.tolist()]

@@ -22,6 +22,7 @@ from torch import Tensor
 
 from sym2real.dataset import Logs
 from sym2real.diagnosis.data.preparation import long_enough
+from sym2real.diagnosis.data.segments import cut
 from sym2real.diagnosis.design.visible import AssumedNoise, Changes, Others, Plan, Predictions, Visible
 from sym2real.diagnosis.errors.floor import SensorNoise
 from sym2real.diagnosis.estimate.fit import Hypothesis, Problems
@@ -31,6 +32,7 @@ from sym2real.diagnosis.estimate.swing import smallest_swings
 from sym2real.diagnosis.estimate.whitening import Spread
 from sym2real.diagnosis.predict.candidate import Candidate, candidates, library_for
 from sym2real.diagnosis.predict.competitors import values_for
+from sym2real.diagnosis.predict.instability import steady_length
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.search.intervals import unresolved
@@ -64,7 +66,8 @@ def plan(equations: Equations, data: Logs, noise: AssumedNoise | None = None, ex
     """
     dataset = with_filtered_commands(equations, long_enough(data, equations))
     library = library_for(equations, dataset, exclude)
-    problem, competing = Problem(library, dataset), candidates(library, dataset)
+    segments = cut(dataset, length=steady_length(library, dataset))
+    problem, competing = Problem(library, dataset, segments), candidates(library, dataset)
     problems, sensors = _with_noise(problem, competing, noise)
     needed, predictions = _needed(problems, len(competing)), Predictions.of(problems, sensors)
     smooth = [candidate for candidate in competing if not candidate.needs_start]

@@ -135,7 +135,7 @@ def _outcome(
     values = library.null
     for slot in library.indices(finding.effect):
         values[slot] = finding.values.get(library.slots[slot].parameter.name, float(values[slot]))
-    plain = Problem(library, data, cut(data, whitening.fields))
+    plain = Problem(library, data, cut(data, whitening.fields, whitening.length))
     problem = Problem(library, data, replace(plain.segments, measured=plain.states(values[None])[0]))
     problems = Problems(problem, Spread.of(problem, library.null).like(whitening))
     nothing = problems.quadratics([Hypothesis((), library.null)])[0].total

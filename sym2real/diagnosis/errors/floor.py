@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis.data.segments import compared_components, segment_length
+from sym2real.diagnosis.data.segments import compared_components
 from sym2real.diagnosis.data.start import ROWS, Start, start_states
 from sym2real.diagnosis.data.windows import channel_name, channel_units, one_step_windows, predict_windows
 from sym2real.diagnosis.errors.rungs import HeldOut, Rung, windows_of
@@ -183,7 +183,7 @@ def floor_of_explained(
     # Windows lie by log, as the deviations do.
     started = torch.einsum("wri,wdi->wrd", problem.start_jacobian(values), torch.cat(deviations)).square().mean(-1)
     kinds = disturbances(held.library.equations)
-    pieces = max(1, round(max(steps) * PIECES / segment_length(layout, data.dt)))
+    pieces = max(1, round(max(steps) * PIECES / whitening.length))
     power = torch.tensor([whitening.disturbances[name] / size for name, size in kinds], dtype=torch.float64)
     disturbed = (problem.disturbance_jacobian(values, kinds, pieces) * power[:, None]).square().sum((-1, -2))
     row, size = torch.as_tensor(noise.of_a_row).square(), (windows.length, -1)

@@ -139,7 +139,7 @@ def calibrated(library: Library, candidates: Sequence[Candidate], data: Dataset,
         data: of :func:`~sym2real.diagnosis.estimate.simulator.flown_along`.
         variances: of the logs' whitening, so that errors have the same weights here as there.
     """
-    problem = Problem(library, data, cut(data, variances.fields))
+    problem = Problem(library, data, cut(data, variances.fields, variances.length))
     spread = Spread.of(problem, library.null)
     problems = Problems(problem, spread.like(variances))
     smooth = [candidate for candidate in candidates if not candidate.needs_start]

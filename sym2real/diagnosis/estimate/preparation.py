@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 import torch
 
 from sym2real.dataset import Dataset
+from sym2real.diagnosis.data.segments import cut
 from sym2real.diagnosis.estimate.calibrate import Calibration, calibrated, lifted, refined
 from sym2real.diagnosis.estimate.fit import Problems, nuisance_of
 from sym2real.diagnosis.estimate.full_model import full_fit
@@ -15,6 +16,7 @@ from sym2real.diagnosis.estimate.whitening import Spread, Whitened, Whitening, e
 from sym2real.diagnosis.faults.sanity import Checked
 from sym2real.diagnosis.predict.candidate import Candidate, Counts, at_first_count, candidates, library_for, not_tested
 from sym2real.diagnosis.predict.competitors import NotTested
+from sym2real.diagnosis.predict.instability import steady_length
 from sym2real.diagnosis.predict.library import Library, library_of
 from sym2real.diagnosis.predict.sensitivity import Problem
 from sym2real.diagnosis.question import Examined, Question
@@ -50,6 +52,7 @@ class Refined:
         plant: the plain simulator with the effects that the model has already, if there is one.
         flown: the logs' manoeuvres in it, where it can fly them.
         notes: remarks on data and method.
+        length: rows of the segments.
         counts: where effects that repeat along a joint start.
     """
 
@@ -60,6 +63,7 @@ class Refined:
     plant: MujocoPlant | None
     flown: Dataset | None
     notes: tuple[str, ...]
+    length: int
     counts: Counts = field(default_factory=dict, kw_only=True)
 
 
@@ -121,17 +125,19 @@ def refine_base(examined: Examined) -> Refined:
     if base is not library.base:
         form = library_of(lifted(library.base), tuple(dict.fromkeys(map(library.key, library.effects))))
         searched = form.at(**base.parameters)
-    return Refined(examined, model, library, searched, plant, flown, (*checked.notes, *about_model))
+    notes, length = (*checked.notes, *about_model), steady_length(searched, checked.data)
+    return Refined(examined, model, library, searched, plant, flown, notes, length)
 
 
 def estimate_covariance(base: Refined) -> Prepared:
     """Segments, noise and disturbances, and the phase of a force that swings."""
     data = base.examined.checked.data
-    whitened = _whitened(base.searched, data, base.counts)
+    whitened = _whitened(base, base.searched, data)
     if base.searched is not base.library:
         base, whitened = _likelier(base, whitened)
     if counts := find_counts(whitened):
-        base, whitened = replace(base, counts=counts), _whitened(base.searched, data, counts)
+        base = replace(base, counts=counts)
+        whitened = _whitened(base, base.searched, data)
     base = replace(base, notes=(*base.notes, *unpredicted_notes(whitened.problem)))
     searched = base.searched
     effects, last, logs = candidates(searched, data, counts), whitened, data
@@ -144,7 +150,7 @@ def estimate_covariance(base: Refined) -> Prepared:
         if swing is None:
             return _prepared(base, data, whitened, None)
         logs = swing.in_data(data)
-        last = _whitened(searched, logs, counts)
+        last = _whitened(base, searched, logs)
     return _prepared(base, logs, last, swing)
 
 
@@ -194,13 +200,14 @@ def _likelier(base: Refined, whitened: Whitened) -> tuple[Refined, Whitened]:
 
     Constants fitted to motions of a healthy robot may be wrong for those of one that carries a load.
     """
-    given = _whitened(base.library, base.examined.checked.data, base.counts)
+    given = _whitened(base, base.library, base.examined.checked.data)
     deviance, of_given = (own.whitening.deviance(own.residuals) for own in (whitened, given))
     return (base, whitened) if deviance <= of_given else (replace(base, searched=base.library), given)
 
 
-def _whitened(library: Library, data: Dataset, counts: Counts) -> Whitened:
-    return whiten(Problem(library, data), candidates(library, data, counts))
+def _whitened(base: Refined, library: Library, data: Dataset) -> Whitened:
+    segments = cut(data, length=base.length)
+    return whiten(Problem(library, data, segments), candidates(library, data, base.counts))
 
 
 def whiten(problem: Problem, effects: tuple[Candidate, ...]) -> Whitened:

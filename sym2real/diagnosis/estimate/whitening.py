@@ -74,6 +74,11 @@ class Whitening:
     fields: tuple[str, ...] = ()
     wander: Wander = field(default_factory=Wander)
 
+    @property
+    def length(self) -> int:
+        """Rows of a segment."""
+        return len(self.weight) // len(self.sensor)
+
     def products(self, columns: Tensor) -> Tensor:
         """Products under C⁻¹ of columns ``# (S, R, A)`` with each other ``# (S, A, A)``."""
         columns = self.wander.whitened(columns)

@@ -75,4 +75,4 @@ def propose(informed: Equations, data: Dataset, leftover: Leftover, whitening: W
 
 
 def _of(equations: Equations, logs: Dataset, whitening: Whitening) -> Problem:
-    return Problem(Library.of(equations, []), logs, cut(logs, whitening.fields))
+    return Problem(Library.of(equations, []), logs, cut(logs, whitening.fields, whitening.length))

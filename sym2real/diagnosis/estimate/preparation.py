@@ -31,8 +31,6 @@ PROMISING = 0.05  # chance below which a swing is worth another estimate of the 
 
 # Times that variances are estimated from a full model's residuals, each fit weighted by the last estimate.
 ROUNDS = 3
-# Times that starts are found again at most.
-SHOTS = 5
 # Part of every segment that the first full fit goes by.
 FIRST = 0.25
 
@@ -221,8 +219,11 @@ def whiten(problem: Problem, effects: tuple[Candidate, ...]) -> Whitened:
     null, effects = at_first_count(problem.library, effects)
     segments, fits = problem.segments, list[torch.Tensor]()
     first = replace(segments, measured=segments.measured[:, : round(FIRST * segments.length)])
-    for piece in (Problem(problem.library, problem.data, first), problem):
-        problem, spread, whitening = _restarted(piece, null)
+    for piece in (first, segments):
+        problem = Problem(problem.library, problem.data, piece)
+        spread = Spread.of(problem, null)
+        left_at_null = problem.residuals(null[None])[0]
+        whitening = estimate(spread, left_at_null, segments.noise, segments.channel, alike=True)
         problems = Problems(problem, whitening)
         fits = [full_fit(problems, effects, null), *(full_fit(problems, effects, null, fit) for fit in fits)]
     best = int(problems.totals(fits).argmin())
@@ -237,22 +238,6 @@ def whiten(problem: Problem, effects: tuple[Candidate, ...]) -> Whitened:
             spread = with_wander(spread, residuals, problem.segments, problem.data)
         whitening = estimate(spread, residuals, segments.noise, segments.channel, alike=left == ROUNDS - 1)
     return Whitened(problem, spread, whitening, values)
-
-
-def _restarted(moved: Problem, values: torch.Tensor) -> tuple[Problem, Spread, Whitening]:
-    """With likely starts, found again and again as long as that halves what the last covariance does not expect.
-
-    What falls over within a segment carries a start's error so far that no derivative tells where it ends.
-    """
-    segments, left = moved.segments, moved.residuals(values[None])[0]
-    for _ in range(SHOTS):
-        problem, spread = moved, Spread.of(moved, values)
-        whitening = estimate(spread, left, segments.noise, segments.channel, alike=True)
-        before, moved = whitening.misfit(left), _with_likely_starts(problem, spread, whitening, values)
-        left = moved.residuals(values[None])[0]
-        if whitening.misfit(left) > SETTINGS.mostly * before:
-            break
-    return problem, spread, whitening
 
 
 def _with_likely_starts(problem: Problem, spread: Spread, whitening: Whitening, values: torch.Tensor) -> Problem:

@@ -137,6 +137,18 @@ def test_an_effect_in_the_equations_is_the_effect_in_the_simulator(key: str, in_
             assert np.linalg.norm(seen - expected) < 0.1 * np.linalg.norm(seen), field
 
 
+def test_rotors_that_differ_by_far_bend_each_by_itself(in_a_scene: Robot) -> None:
+    """Of commands from a tenth of the hover's to twice it, four thrusts that bend are not the sum's that does."""
+    rng, robot, base = np.random.default_rng(4), in_a_scene, in_a_scene.nominal()
+    starts = np.repeat(robot.start[None], 3, axis=0)
+    starts[:, 2] = 0.3
+    given = Run(robot, starts, robot.rest * rng.uniform(0.1, 1.9, (3, 4, 4)))
+    bent = effect("thrust_curve", robot)
+    truth = change(robot, simulated(given, [bent.inject(value=1.4)]), simulated(given, []))
+    found = change(robot, predicted(bent.substitute(base, {"value": 1.4}), given), predicted(base, given))
+    assert np.linalg.norm(found - truth) < 0.05 * np.linalg.norm(truth)
+
+
 def test_one_command_makes_a_model_that_knows_its_robot(tmp_path: Path) -> None:
     (tmp_path / "wide.xml").write_text(MJCF)
     main(["nominal", "mjcf", str(tmp_path / "wide.xml"), "--out", str(tmp_path / "wide")])

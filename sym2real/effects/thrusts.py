@@ -6,7 +6,7 @@ stays.
 Masses add up: on equations that have a mass already, m₀ is that of the robot which carries it.
 
 ``thrust_curve``. Thrust that bends against its command: T → T₀ (T/T₀)^p, T₀ the hover thrust. Where motors turn the
-body each rotor bends so, and torques go by the curve's slope, p (T/T₀)^(p-1), to first order of how rotors differ.
+body each rotor's thrust bends so, with the torques that it makes.
 
 ``battery_sag``. Thrust that fades as the battery empties: T (1 - s·t), or T (1 - s·(V₀ - V)) where the voltage is an
 input.
@@ -33,7 +33,7 @@ from sym2real.effects import simulated_rotors, truth
 from sym2real.effects.body import GRAVITY, Body
 from sym2real.effects.commands import LEAST, MOST
 from sym2real.effects.kind import Domain, Kind, Numbers, Parameter, Values, of_any_body
-from sym2real.effects.rotors import alone, driven_by_motors, levers, motor_sums, shares
+from sym2real.effects.rotors import alone, driven_by_motors, levers, motor_forces, motor_sums, shares
 from sym2real.effects.searching import Searching, Shown
 from sym2real.effects.terms import acting_thrust, defined, hover_thrust, scaled, with_time
 from sym2real.effects.voltage import VOLTAGE
@@ -90,10 +90,17 @@ STRAIGHT_BELOW = 0.01
 
 
 def _thrust_curve_substitute(equations: Equations, values: Values, body: Body) -> Equations:
-    bent = scaled(equations, Max(symbol("thrust") / hover_thrust(body), STRAIGHT_BELOW) ** (values["value"] - 1))
+    def bending(thrust: Expr, of_hover: float) -> Expr:
+        return Max(thrust / (of_hover * hover_thrust(body)), STRAIGHT_BELOW) ** (values["value"] - 1)
+
     if not driven_by_motors(equations):
-        return bent
-    return bent.substitute({name: symbol(name) * values["value"] for name in motor_sums(equations) if name != "thrust"})
+        return scaled(equations, bending(symbol("thrust"), 1.0))
+    more = [bending(alone_thrust, 1.0 / body.rotors) - 1 for alone_thrust in motor_forces(equations)]
+    sums = {
+        name: equations.quantities[name] + sum(bent * alone(equations, name, rotor) for rotor, bent in enumerate(more))
+        for name in motor_sums(equations)
+    }
+    return defined(equations, sums)
 
 
 def _bend(command: float, body: Body, values: Numbers) -> float:

@@ -102,10 +102,8 @@ JOINT_DAMPING = _of_joint(
 )
 
 
-# Shares of the actuators' largest force. A model that sticks where the robot slides, or slides where it sticks,
-# predicts worse than one without friction: from beyond a third of the truth nothing leads there.
-STARTS = tuple(0.01 * 1.7**step for step in range(6))
-LESS = (0.5, 0.9)  # of a description's own friction
+# Shares of a description's own friction that are tried: what is held where the robot slides has no slope.
+LESS = (0.5, 0.1)
 
 
 def _joint_friction_parameters(body: Body) -> tuple[Parameter, ...]:
@@ -116,10 +114,8 @@ def _joint_friction_parameters(body: Body) -> tuple[Parameter, ...]:
 
 
 def _starts(body: Body, _values: Array) -> tuple[float, ...]:
-    """A step from no friction finds a damping; from all of what a description has, that it slides."""
-    most, described = strength(body), body.numbers.get(FRICTION.format(column=body.column), 0.0)
-    more = tuple(share * most for share in STARTS if most > 0)
-    return (*more, *(-share * described for share in LESS if described > 0))
+    described = body.numbers.get(FRICTION.format(column=body.column), 0.0)
+    return tuple((share - 1.0) * described for share in LESS if described > 0)
 
 
 def _joint_friction_substitute(equations: Equations, values: Values, body: Body) -> Equations:

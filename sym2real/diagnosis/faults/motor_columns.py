@@ -95,17 +95,13 @@ def order_text(motor_order: MotorOrder) -> tuple[str, str]:
     now, then = motor_order.as_it_stands, motor_order.correlation
     shown = f"how the rates change correlates with them by {then:.2f} then, by {now:.2f} as they stand"
     if not motor_order.certain:
-        return (
-            f"motor columns in another order than the model's; the log does not tell which ({shown} at best)",
-            "look up how the log counts its motors, or fly turns about all three axes; the logs stay as they are",
-        )
-    pairs = [f"{MOTORS[column]} acts as the model's {MOTORS[motor]}" for motor, column in motor_order.moved.items()]
+        fix = "look up how the log counts its motors, or fly turns about all three axes; the logs stay as they are"
+        return f"motor columns in another order than the model's; the log does not tell which ({shown} at best)", fix
     moved = motor_order.moved
+    pairs = [f"{MOTORS[column]} acts as the model's {MOTORS[motor]}" for motor, column in moved.items()]
     wrong, right = (", ".join(MOTORS[place] for place in places) for places in (moved, moved.values()))
-    return (
-        f"motor columns in another order than the model's: {', '.join(pairs)} ({shown})",
-        f"reorder them in the log's specification: let {wrong} read the columns that {right} read now",
-    )
+    fix = f"reorder them in the log's specification: let {wrong} read the columns that {right} read now"
+    return f"motor columns in another order than the model's: {', '.join(pairs)} ({shown})", fix
 
 
 def spin_text(model: Equations, data: Dataset) -> tuple[str, str]:
@@ -120,10 +116,8 @@ def spin_text(model: Equations, data: Dataset) -> tuple[str, str]:
     predict = visible_in_double(at_period(model, data.dt))
     apart = predict(state, more, inputs) - predict(state, sent, inputs)
     signs = " ".join(f"{-sign:.0f}" for sign in apart[:, log.layouts.state.index(RATE.columns[2])].sign().tolist())
-    return (
-        "rotors that turn the other way than the model says: yaw answers the motors with the opposite sign",
-        f"make the model with these rotors: `sym2real nominal quadrotor --interface motors --spin {signs} …`",
-    )
+    fix = f"make the model with these rotors: `sym2real nominal quadrotor --interface motors --spin {signs} …`"
+    return "rotors that turn the other way than the model says: yaw answers the motors with the opposite sign", fix
 
 
 def motors(model: Equations, data: Dataset) -> Settled:

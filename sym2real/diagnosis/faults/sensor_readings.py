@@ -194,12 +194,9 @@ def _scale_and_bias(table: Array, noise: float, noisy: bool) -> tuple[float, flo
     # second too large.
     together = float(turned @ whole)
     least, most = together / max(float(whole @ whole), 1e-300), float(turned @ turned) / max(together, 1e-300)
-    scaled = (
-        abs(inverse - 1.0) > SETTINGS.sensor_deviations * spread[0] + weakened
-        and abs(np.log(scale)) > SETTINGS.uneven
-        and inverse > SETTINGS.sensor_deviations * spread[0]
-        and not least <= 1.0 <= most
-    )
+    by_chance = SETTINGS.sensor_deviations * spread[0]
+    sure = inverse > by_chance and abs(inverse - 1.0) > by_chance + weakened
+    scaled = sure and abs(np.log(scale)) > SETTINGS.uneven and not least <= 1.0 <= most
     usual = SETTINGS.sensor_bias * max(1.0, scale)
     biased = abs(constant) > SETTINGS.sensor_deviations * spread[1] + turned_by and abs(bias) > usual
     return scale if scaled or not noisy else 1.0, bias if biased else 0.0, float(spread[1] / inverse)

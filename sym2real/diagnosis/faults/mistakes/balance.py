@@ -11,9 +11,10 @@ where they are a speed in another unit, a car would go right with a velocity tha
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import torch
@@ -74,11 +75,7 @@ class Balance:
     @cached_property
     def losses(self) -> Array:
         """Squares missed over those of both changes, a quantity's mean of which is between 0 and 2 ``# (s, q)``."""
-        columns = []
-        for measured, other in zip(self.measured, self.predicted, strict=True):
-            size = float((np.square(measured) + np.square(other)).sum(1).mean())
-            columns.append(np.square(measured - other).sum(1) / max(size, 1e-300))
-        return np.stack(columns, axis=1)
+        return np.stack([self.missed(place, np.mean) for place in range(len(self.names))], axis=1)
 
     def parts(self, count: int) -> list[Balance]:
         """Of so many versions of the same logs, one behind the other: each version's."""
@@ -86,10 +83,10 @@ class Balance:
         pairs = zip(zip(*measured, strict=True), zip(*predicted, strict=True), strict=True)
         return [replace(self, measured=own, predicted=other) for own, other in pairs]
 
-    def missed(self, place: int) -> Array:
+    def missed(self, place: int, usual: Callable[[Array], Any] = np.median) -> Array:
         """Squares missed of a quantity over the median of both changes, which no single one makes ``# (s,)``."""
         measured, predicted = self.measured[place], self.predicted[place]
-        size = float(np.median((np.square(measured) + np.square(predicted)).sum(1)))
+        size = float(usual((np.square(measured) + np.square(predicted)).sum(1)))
         return np.asarray(np.square(measured - predicted).sum(1) / max(size, 1e-300))
 
 

@@ -204,10 +204,8 @@ def no_higher_than_reached(floor: Sequence[Floor], stages: Sequence[Rung]) -> tu
     lowered = []
     for level in floor:
         reached = [stage.horizons[level.horizon] for stage in stages if level.horizon in stage.horizons]
-        errors = {
-            channel: (min([value, *(by_channel[channel].value for by_channel in reached)]), unit)
-            for channel, (value, unit) in level.errors.items()
-        }
+        known = level.errors.items()
+        errors = {name: (min([size, *(own[name].value for own in reached)]), unit) for name, (size, unit) in known}
         noise = {channel: min(size, errors[channel][0]) for channel, size in level.noise.items()}
         lowered.append(replace(level, errors=errors, noise=noise))
     return tuple(lowered)

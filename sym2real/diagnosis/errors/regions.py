@@ -7,6 +7,7 @@ cross-validation, R² > 0.15): a tree on the size of errors is weak evidence oth
 """
 
 from dataclasses import dataclass
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -96,12 +97,9 @@ def where_of(errors: WindowErrors, region: Region | None = None) -> tuple[Where,
     targets = {name: np.log(values + errors.floor[name]) for name, values in errors.errors.items()}
     regions, used = list[Where](), set[str]()
     while len(regions) < MOST:
-        scored = [
-            (_unseen_r2(values, targets[channel], errors.group), channel, feature)
-            for channel in targets
-            for feature, values in errors.features.items()
-            if feature not in used and np.ptp(values) > 0
-        ]
+        unused = [(name, own) for name, own in errors.features.items() if name not in used and np.ptp(own) > 0]
+        pairs = product(targets.items(), unused)
+        scored = [(_unseen_r2(own, target, errors.group), channel, of) for (channel, target), (of, own) in pairs]
         best = max((r2 for r2, *_ in scored), default=0.0)
         if best <= SETTINGS.statement_r2:
             break

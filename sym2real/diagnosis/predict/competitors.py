@@ -50,11 +50,9 @@ def _reasons(equations: Equations, data: Dataset, exclude: Collection[str], refu
     """Why each effect does not compete, "" where it does."""
     effects = {effect.key: effect for effect in known(equations)}
     reasons = {key: refused.get(key) or _why_not(effect, equations, data, exclude) for key, effect in effects.items()}
-    reasons |= {
-        key: f"{effect.stood_for_by} stands for it: no log tells them apart"
-        for key, effect in effects.items()
-        if not reasons[key] and reasons.get(effect.stood_for_by) == ""
-    }
+    others = {key: effect.stood_for_by for key, effect in effects.items() if not reasons[key]}
+    same = {key: other for key, other in others.items() if reasons.get(other) == ""}
+    reasons |= {key: f"{other} stands for it: no log tells them apart" for key, other in same.items()}
     left = {key for key, reason in reasons.items() if not reason}
     behind = unnamed(left, data).items()
     return reasons | {key: f"{by} stands for it: in these logs {why}" for key, (by, why) in behind if key in left}
@@ -64,11 +62,8 @@ def _why_not(effect: Effect, equations: Equations, data: Dataset, exclude: Colle
     """Why an effect does not compete; "" where it does."""
     if any(fnmatch(effect.key, pattern) for pattern in exclude):
         return EXCLUDED
-    return (
-        effect.searching.why_not(effect.body)
-        or effect.why_not(equations).removeprefix(f"{effect.key} ")
-        or still(equations, effect, data)
-    )
+    refused = effect.searching.why_not(effect.body) or effect.why_not(equations).removeprefix(f"{effect.key} ")
+    return refused or still(equations, effect, data)
 
 
 @lru_cache(maxsize=512)

@@ -15,7 +15,7 @@ predictions of the right model may be worse than that nothing changes, and worse
 grows more slowly. Where no model beats "hold", predictions judge nothing, and whole logs do.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from itertools import accumulate, takewhile
@@ -95,7 +95,7 @@ class Predicted:
         if not self.horizons:
             return True
         whole, other = self._by([larger, self.selection.present])
-        rises = _rises(whole, other)
+        rises = _by_channel(whole, other, _rise)
         surely = max(rises[name] for name in judged(rises)) > 1.0 + SETTINGS.worth_saying
         return no_worse(whole, other) and (surely or self.established(larger.fit, larger.candidate))
 
@@ -143,11 +143,8 @@ def _rise_without(whole: Rung, without: Rung) -> float:
     """The largest part of a judged error that goes with what is left out; all of it where predictions judge none."""
     if not (whole.beats_hold or without.beats_hold):
         return 1.0
-    return max(
-        1.0 - errors[name].value / max(without.horizons[horizon][name].value, 1e-12)
-        for horizon, errors in whole.horizons.items()
-        for name in judged(errors)
-    )
+    parts = _by_channel(whole, without, lambda error, other: 1.0 - error.value / max(other.value, 1e-12))
+    return max(parts[name] for name in judged(parts))
 
 
 def no_worse(whole: Rung, without: Rung) -> bool:
@@ -157,13 +154,13 @@ def no_worse(whole: Rung, without: Rung) -> bool:
 
 def largest_rise(whole: Rung, without: Rung) -> float:
     """Factor by which an error rises without an effect beyond chance; the largest of all errors."""
-    return max(_rises(whole, without).values())
+    return max(_by_channel(whole, without, _rise).values())
 
 
-def _rises(whole: Rung, without: Rung) -> dict[str, float]:
-    """The same by channel, each the largest over the horizons."""
+def _by_channel(whole: Rung, without: Rung, of: Callable[[RungError, RungError], float]) -> dict[str, float]:
+    """What an error with an effect and the one without it say together, by channel: the largest over the horizons."""
     pairs = [(errors, without.horizons[horizon]) for horizon, errors in whole.horizons.items()]
-    return {name: max(_rise(errors[name], others[name]) for errors, others in pairs) for name in pairs[0][0]}
+    return {name: max(of(errors[name], others[name]) for errors, others in pairs) for name in pairs[0][0]}
 
 
 def _rise(whole: RungError, without: RungError) -> float:

@@ -111,14 +111,9 @@ class Gate:
         """The entry of ``gate`` that ``sym2real diagnose --json`` prints; None where nothing was judged."""
         if self.before is None or self.after is None or self.best is None:
             return None
-        return {
-            "passed": self.passed,
-            "beats_hold": self.beats_hold,
-            "best": fields_of(self.best),
-            "worse": plain(self.worse),
-            "before": self.before.to_dict()["horizons"],
-            "after": self.after.to_dict()["horizons"],
-        }
+        errors = {"before": self.before.to_dict()["horizons"], "after": self.after.to_dict()["horizons"]}
+        changes = {"best": fields_of(self.best), "worse": plain(self.worse)}
+        return {"passed": self.passed, "beats_hold": self.beats_hold, **changes, **errors}
 
 
 @dataclass(frozen=True, eq=False)

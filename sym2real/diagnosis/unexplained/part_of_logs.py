@@ -63,15 +63,9 @@ def _instead_of(selection: Selection, own: Candidate) -> Leftover | None:
     times = stats.t.isf(SETTINGS.false_alarms_of_each(len(parts)), problems.block_count - 1)
     if gain <= max(SETTINGS.worth_saying * saved, times * standard_error(problems, gains)):
         return None
-    key, motion = problems.library.key, _moved(selection, fit, best)
-    return Leftover(
-        explained_by=best.words,
-        channel=key(own.name),
-        r2=gain / (gain + saved),
-        term=f"{_values(selection, fit, best.candidate)} there, none elsewhere",
-        motion=motion,
-        instead=key(best.candidate.name),
-    )
+    channel, instead = map(problems.library.key, (own.name, best.candidate.name))
+    share, words = gain / (gain + saved), f"{_values(selection, fit, best.candidate)} there, none elsewhere"
+    return Leftover(best.words, channel, share, words, motion=_moved(selection, fit, best), instead=instead)
 
 
 def _moved(selection: Selection, fit: Fit, part: Part) -> float:

@@ -15,7 +15,7 @@ are without one of these. Where no single effect helps, two may that hide each o
 saves something by luck, so what a pair saves must be beyond its standard error.
 """
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import chain, groupby, islice
 from math import inf
@@ -94,16 +94,21 @@ class SearchResult:
 def search(prepared: Prepared, stages: Stages) -> SearchResult:
     """The effects that are there and that predictions need; Ctrl-C keeps what is found by then.
 
-    A base as it is comes before a calibrated one where it costs so much less without effects; the other in doubt.
+    A base as it is comes before a calibrated one where it surely costs so much less, with the effect that helps most
+    or none; the other in doubt.
     """
-    other = uncalibrated(prepared) if prepared.calibrated else None
-    if other is not None and _cheaper(_without_effects(other), _without_effects(prepared)):
-        prepared, other = other, prepared
-    selection = _searched(prepared, stages)
-    if other is not None and not stages.interrupted and _doubtful(selection, other):
-        second = _searched(other, stages)
-        if second.surely_cheaper(second.present, selection.present):
-            prepared, selection = other, second
+    ways = [(way, _selection(way)) for way in (prepared, *([uncalibrated(prepared)] if prepared.calibrated else ()))]
+    selections = [selection for _, selection in ways]
+    if len(ways) > 1 and stages.try_to("holding the base against its simulator", _contradicted, selections):
+        ways.reverse()
+    (prepared, selection), *others = ways
+    if not stages.interrupted:
+        _search(prepared, selection, stages)
+    for other, second in others:
+        if not stages.interrupted and _doubtful(selection, second, other):
+            _search(other, second, stages)
+            if second.surely_cheaper(second.present, selection.present):
+                prepared, selection = other, second
     predicted = Predicted(selection, prepared.library, prepared.checked.data)
     dropped = stages.try_to("holding effects against predictions", settle, predicted)
     if dropped is not None:
@@ -112,24 +117,30 @@ def search(prepared: Prepared, stages: Stages) -> SearchResult:
     return SearchResult(prepared, selection, not stages.interrupted, dropped or ())
 
 
-def _searched(prepared: Prepared, stages: Stages) -> Selection:
-    selection = Selection(prepared.problems, prepared.candidates, prepared.origin)
+def _selection(prepared: Prepared) -> Selection:
+    return Selection(prepared.problems, prepared.candidates, prepared.origin)
+
+
+def _search(prepared: Prepared, selection: Selection, stages: Stages) -> None:
     beam = Beam(selection, stages.on_progress, float(prepared.problems.totals([prepared.full_fit])))
     stages.try_to(f"searching among {len(prepared.candidates)} effects", Beam.search, beam)
-    return selection
 
 
-def _without_effects(prepared: Prepared) -> EffectSet:
-    return Selection(prepared.problems, prepared.candidates, prepared.origin).present
+def _contradicted(ways: Sequence[Selection]) -> bool:
+    """Whether the second of two ways surely costs so much less, without effects or with the one that helps most."""
+    looked = (sorted([own.present, *own.larger(own.present)], key=lambda effects: effects.price) for own in ways)
+    (first, *_), (second, *_) = looked
+    return _cheaper(second, first) and ways[1].surely_cheaper(second, first)
 
 
-def _doubtful(searched: Selection, other: Prepared) -> bool:
+def _doubtful(searched: Selection, second: Selection, other: Prepared) -> bool:
     """Whether what was found costs less beside the base as the other way has it, or all effects at once leave less
-    there, by as much as an effect must save: a simulator's wheels sink in and slip where a robot's may roll.
+    beside the base as it is, by as much as an effect must save: a simulator's wheels sink in where a robot's may not.
     """
-    same = Selection(other.problems, other.candidates, other.origin).beside(searched.chosen, searched.fit)
+    if _cheaper(second.beside(searched.chosen, searched.fit), searched.present):
+        return True
     left = float(other.problems.totals([other.full_fit]))
-    return _cheaper(same, searched.present) or left < (1.0 - SETTINGS.another_effect) * searched.present.fit.total
+    return not other.calibrated and left < (1.0 - SETTINGS.another_effect) * searched.present.fit.total
 
 
 def _cheaper(effects: EffectSet, others: EffectSet) -> bool:

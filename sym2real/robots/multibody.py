@@ -42,10 +42,10 @@ from sym2real.vocabulary import GRAVITY_COMPONENTS, quantity_of, rate_column
 
 # Every part has all of the equations once more.
 MOST_PARTS = 8
-# What dry friction holds and lets go within parts this long, s, goes right to a hundredth of a rad/s; what swings on a
-# spring to a thousandth in parts of so many rad. As far as squares of the number of joints, by which equations grow,
-# times parts stay within those of six joints in one part.
-SHARP, SWING, SHORT = 0.01, 0.5, 36
+# What turns fast goes right in parts this long, s, and what dry friction holds; what swings on a spring to a thousandth
+# in parts of so many rad. As far as squares of the number of joints, by which equations grow, times parts stay within
+# those of six joints in one part.
+SHARP, SWING, SHORT = 0.005, 0.5, 36
 ROUNDING = 1e-9
 TOO_FAST = (
     "somewhere in the joints' ranges a joint is so light that it rests within a small part of a period: predictions "

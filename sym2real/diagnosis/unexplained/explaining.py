@@ -52,7 +52,7 @@ def _leftovers(scored: Scored) -> tuple[Leftover, ...]:
         leftovers += find_misfit(misfit, motion)
         # Where a simulator has shown the base's own errors, these may be as large.
         if own is None and not any(leftover.matters for leftover in leftovers):
-            leftovers += find_far(scored, motion)
+            leftovers += find_far(scored.stages, scored.floor, motion)
     return tuple(sorted(leftovers, key=lambda leftover: (not leftover.matters, -(leftover.motion or 0.0))))
 
 
@@ -68,16 +68,19 @@ def beyond_floor(stages: Sequence[Rung], floor: Sequence[Floor]) -> bool:
     return not (stages and floor) or bool(beyond_times(stages, floor, SETTINGS.above_noise))
 
 
-def find_far(scored: Scored, motion: float | None = None, beyond: float = SETTINGS.gap) -> tuple[Leftover, ...]:
+def find_far(
+    stages: Sequence[Rung], floor: Sequence[Floor], motion: float | None = None, beyond: float = SETTINGS.gap
+) -> tuple[Leftover, ...]:
     """Predictions beyond the floor that are far from what noise alone makes: disturbances may explain every residual.
 
     Args:
-        scored: errors on held-out logs, and those of a model that misses nothing.
+        stages: errors on held-out logs.
+        floor: of a model that misses nothing.
         motion: part of the robot's motion that all errors make.
         beyond: times the floor that they must surely be.
     """
-    far = [error for error in beyond_times(scored.stages, scored.floor, beyond) if error[0] > SETTINGS.far]
-    return _worst(far, f"{judged_at(scored.floor).horizon:.3g} s ahead" if far else "", motion)
+    far = [error for error in beyond_times(stages, floor, beyond) if error[0] > SETTINGS.far]
+    return _worst(far, f"{judged_at(floor).horizon:.3g} s ahead" if far else "", motion)
 
 
 def beyond_times(stages: Sequence[Rung], floor: Sequence[Floor], beyond: float) -> list[tuple[float, str]]:
@@ -124,7 +127,7 @@ def worse_than_nothing(scored: Scored) -> tuple[Leftover, ...]:
     Where something was found all the same, noise alone must make them so: a pole that falls, not a rotor that sticks.
     """
     if scored.findings:
-        return find_far(scored, beyond=0.0)
+        return find_far(scored.stages, scored.floor, beyond=0.0)
     nearest = min(scored.horizons, default=0.0)
     if not scored.stages or not scored.stages[-1].worse.get(nearest):
         return ()

@@ -90,12 +90,14 @@ STRAIGHT_BELOW = 0.01
 
 
 def _thrust_curve_substitute(equations: Equations, values: Values, body: Body) -> Equations:
-    def bending(thrust: Expr, of_hover: float) -> Expr:
-        return Max(thrust / (of_hover * hover_thrust(body)), STRAIGHT_BELOW) ** (values["value"] - 1)
+    def bending(thrust: Expr, rotors: int) -> Expr:
+        """Factor of the thrust of some among the body's rotors."""
+        in_hover = hover_thrust(body) * rotors / body.rotors
+        return Max(thrust / in_hover, STRAIGHT_BELOW) ** (values["value"] - 1)
 
     if not driven_by_motors(equations):
-        return scaled(equations, bending(symbol("thrust"), 1.0))
-    more = [bending(alone_thrust, 1.0 / body.rotors) - 1 for alone_thrust in motor_forces(equations)]
+        return scaled(equations, bending(symbol("thrust"), body.rotors))
+    more = [bending(thrust, 1) - 1 for thrust in motor_forces(equations)]
     sums = {
         name: equations.quantities[name] + sum(bent * alone(equations, name, rotor) for rotor, bent in enumerate(more))
         for name in motor_sums(equations)

@@ -119,6 +119,7 @@ class Tree:
     forces: Forces
 
     def known(self, place: Values, rate: Values) -> Known:
+        """At coordinates in m or rad and rates ``# (n,)``."""
         links, build = self.forces.links, self.build
         transforms = [_named(build, link, coordinate) for link, coordinate in zip(links, place, strict=True)]
         bias = _bias(build, links, transforms, rate)
@@ -126,6 +127,7 @@ class Tree:
         return _mass_matrix(build, links, transforms), drive
 
     def friction(self, known: Known, rate: Values) -> tuple[Values, Values]:
+        """Mean along each joint, N or N m, and what coordinates are off by behind the part, m or rad ``# (n,)``."""
         matrix, drive = known
         damped = matrix + np.diag(self.build.part / 2 * self.forces.brakes)
         unit = np.eye(len(drive), dtype=int).astype(object)
@@ -134,6 +136,7 @@ class Tree:
         return friction, self.build.each("further", solved[:, 1:] @ early)
 
     def accelerations(self, known: Known, friction: Values) -> Values:
+        """Of the coordinates, m/s² or rad/s² ``# (n,)``."""
         matrix, drive = known
         return _solved(self.build, "now", matrix, self.build.each("wanted", drive + friction)[:, None])[:, 0]
 

@@ -119,6 +119,7 @@ class Axle:
     lever: Sequence[float]
 
     def known(self, place: Values, rate: Values) -> Known:
+        """At a speed ahead in m/s and a turning rate in rad/s ``# (2,)``, wherever that is."""
         speed, turning = rate
         names = [link.joint for link in self.forces.links]
         of_wheels = [
@@ -132,6 +133,7 @@ class Axle:
         return self.build.each("drive", along), np.array([ahead, turned])
 
     def friction(self, known: Known, rate: Values) -> tuple[Values, Values]:
+        """Mean torques in N m ``# (n + 1,)``, and what the way in m and the turn in rad are off by ``# (2,)``."""
         along, body = known
         ways = np.vstack([self._ways, exact(np.array([[0.0, 1.0]]))])
         brakes = self._ways.T @ np.diag(self.build.part / 2 * self.forces.brakes) @ self._ways
@@ -144,6 +146,7 @@ class Axle:
         return friction, self.build.each("further", inverse @ ways.T @ early)
 
     def accelerations(self, known: Known, friction: Values) -> Values:
+        """Of the speed ahead (m/s²) and the turning (rad/s²) ``# (2,)``."""
         along, (ahead, turned) = known
         body = np.array([ahead, turned + friction[-1]])
         return self.build.each("acceleration", self._inverse("now") @ self._sum("now", along + friction[:-1], body))

@@ -168,5 +168,5 @@ def mean_friction(
             other = build.short(f"pull{sweep}_{way}", inertia * (free[way] + others))
             mean, more = dry_friction(limit, rates[way], build.part, inertia, other)
             friction[way] = build.name(f"dry{sweep}_{way}", mean)
-            early[way] = build.name(f"early{sweep}_{way}", more)
+            early[way] = build.name(f"early_{way}", more)  # of the last sweep
     return friction, early

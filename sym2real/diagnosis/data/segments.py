@@ -134,7 +134,7 @@ def cut(data: Dataset, fields: Collection[str] | None = None, length: int | None
 def segments_at(
     data: Dataset, log: NDArray[np.int64], row: NDArray[np.int64], length: int, names: Collection[str]
 ) -> Segments:
-    """So many rows from each of these rows ``# (S,)`` on, in the order of the logs; fields of these names compared."""
+    """So many rows of these logs from each of these rows on ``# (S,)``, fields of these names compared."""
     compared, channel = compared_components(data.layouts.state, names)
     warm_up = np.minimum(max(WARM_UP, round(WARM_UP_SECONDS / data.dt)), np.maximum(row - ROWS + 1, WARM_UP))
     return Segments(
@@ -179,8 +179,11 @@ def _without_segments(data: Dataset, needed: int) -> ShapeError:
 
 
 def _states(data: Dataset, log: NDArray[np.int64], row: NDArray[Any]) -> Tensor:
-    by_log = (start_states(own, np.maximum(row[log == place], ROWS - 1)) for place, own in enumerate(data))
-    return torch.as_tensor(np.concatenate([*by_log]))
+    states = np.empty((len(row), data.layouts.state.size))
+    for index, trajectory in enumerate(data):
+        mine = log == index
+        states[mine] = start_states(trajectory, np.maximum(row[mine], ROWS - 1))
+    return torch.as_tensor(states)
 
 
 def padded(arrays: Iterable[Array]) -> Tensor:

@@ -219,12 +219,11 @@ def whiten(problem: Problem, effects: tuple[Candidate, ...]) -> Whitened:
     null, effects = at_first_count(problem.library, effects)
     segments, fits = problem.segments, list[torch.Tensor]()
     first = replace(segments, measured=segments.measured[:, : round(FIRST * segments.length)])
-    for piece in (first, segments):
-        problem = Problem(problem.library, problem.data, piece)
-        spread = Spread.of(problem, null)
-        left_at_null = problem.residuals(null[None])[0]
+    for piece in (Problem(problem.library, problem.data, first), problem):
+        spread = Spread.of(piece, null)
+        left_at_null = piece.residuals(null[None])[0]
         whitening = estimate(spread, left_at_null, segments.noise, segments.channel, alike=True)
-        problems = Problems(problem, whitening)
+        problems = Problems(piece, whitening)
         fits = [full_fit(problems, effects, null), *(full_fit(problems, effects, null, fit) for fit in fits)]
     best = int(problems.totals(fits).argmin())
     values = fits[best]

@@ -128,8 +128,8 @@ def _search(prepared: Prepared, selection: Selection, stages: Stages) -> None:
 
 def _contradicted(ways: Sequence[Selection]) -> bool:
     """Whether the second of two ways surely costs so much less, without effects or with the one that helps most."""
-    looked = (sorted([own.present, *own.larger(own.present)], key=lambda effects: effects.price) for own in ways)
-    (first, *_), (second, *_) = looked
+    looked = ([own.present, *own.larger(own.present)] for own in ways)
+    first, second = (min(sets, key=lambda effects: effects.price) for sets in looked)
     return _cheaper(second, first) and ways[1].surely_cheaper(second, first)
 
 

@@ -15,7 +15,8 @@ from sym2real.robots import CRAZYFLIE, MUSHR
 from sym2real.symbolic import Equations, compile_model, lift_constants, rollout
 from sym2real.symbolic.c_functions import preamble
 from sym2real.symbolic.native_choice import MANY
-from sym2real.symbolic.native_rollout import NativeRollout
+from sym2real.symbolic.native_rollout import NativeRollout, edges_of
+from sym2real.threads import one_thread
 
 needs_compiler = pytest.mark.skipif(find_compiler() is None, reason="no C compiler")
 
@@ -134,6 +135,22 @@ def test_strided_operands_are_read() -> None:
     wide[:, ::2][:, :5] = state.T
     turned = actions.movedim(-1, 0).contiguous().movedim(0, -1)
     torch.testing.assert_close(kernel(wide[:, ::2][:, :5].T, turned), kernel(state, actions))
+
+
+@needs_compiler
+@pytest.mark.parametrize("threads", [2, 3])
+def test_threads_share_samples_and_change_no_bit(threads: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    equations = lift_constants(MUSHR.nominal())
+    kernel = NativeRollout(equations, torch.float64)
+    state, actions, _ = operands(equations, torch.float64)
+    values = kernel.values * torch.linspace(0.9, 1.1, 331).double()[:, None, None, None]
+    monkeypatch.setattr("sym2real.threads.torch.get_num_threads", lambda: 1)
+    alone = kernel(state, actions, None, values)
+    monkeypatch.setattr("sym2real.threads.torch.get_num_threads", lambda: threads)
+    with one_thread():
+        together = kernel(state, actions, None, values)
+    assert torch.equal(alone, together) and len(edges_of(alone[..., 0, 0].numel())) == threads + 1
+    assert not torch.equal(alone[0], alone[-1])
 
 
 @needs_compiler

@@ -44,11 +44,12 @@ INLINE void store(v value, real *to, long long count) {
             to[lane] = value[lane];
 }
 
-/* Columns of the output lie one after the other, step by step, each over all samples of all sets. */
+/* Of all samples of all sets those from begin to end, whole vectors but for the last one. Columns of the output lie
+   one after the other, step by step, each over all samples. */
 EXPORTED void roll_out(const real *state, const real *actions, const real *inputs, const real *parameters, real *out,
                        const long long *strides, long long samples, long long count, long long horizon,
-                       long long per_step) {
-    for (long long first = 0; first < count; first += WIDTH) {
+                       long long per_step, long long begin, long long end) {
+    for (long long first = begin; first < end; first += WIDTH) {
         long long set[WIDTH], sample[WIDTH];
         EACH_LANE { /* beyond the last sample, that one again */
             const long long number = first + lane < count ? first + lane : count - 1;

@@ -61,11 +61,15 @@ def rebuild(expression: Expr, arguments: Iterable[Expr]) -> Expr:
     """The same operation on other arguments, factored products kept."""
     if expression.is_Mul:
         return product(arguments)
-    if isinstance(expression, sympy.Min | sympy.Max):
-        given = list(arguments)
+    return applied(expression.func, list(arguments))
+
+
+def applied(function: type, arguments: Sequence[Expr]) -> Expr:
+    """A function of arguments."""
+    if function in (sympy.Min, sympy.Max):
         # SymPy compares every two arguments by factoring them, for seconds where they are equations.
-        return expression.func(*given, evaluate=all(argument.is_number for argument in given))
-    return expression.func(*arguments)
+        return function(*arguments, evaluate=all(argument.is_number for argument in arguments))
+    return function(*arguments)
 
 
 def exchange(replacements: Mapping[Expr, Expr]) -> Exchange:

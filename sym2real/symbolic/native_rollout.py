@@ -1,6 +1,8 @@
 """Rollouts by compiled C: torch tensors in and out."""
 
 import ctypes
+from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
 
 import numpy as np
 import torch
@@ -10,6 +12,10 @@ from sym2real.errors import ShapeError
 from sym2real.native import library
 from sym2real.symbolic.c_rollout import rollout_text
 from sym2real.symbolic.equations import Equations
+from sym2real.threads import available_threads
+
+WIDEST = 16  # samples of the widest vector there is
+FEWEST = 256  # samples that are worth a thread
 
 
 class NativeRollout:
@@ -27,7 +33,7 @@ class NativeRollout:
         self.dtype, self.layouts = dtype, equations.layouts
         self.values = torch.tensor(list(equations.parameters.values()), dtype=dtype)
         self._library = library(rollout_text(equations, single=dtype == torch.float32))
-        self._library.roll_out.argtypes = (*(ctypes.c_void_p,) * 6, *(ctypes.c_longlong,) * 4)
+        self._library.roll_out.argtypes = (*(ctypes.c_void_p,) * 6, *(ctypes.c_longlong,) * 6)
 
     def __call__(
         self, state: Tensor, actions: Tensor, inputs: Tensor | None = None, parameters: Tensor | None = None
@@ -42,8 +48,22 @@ class NativeRollout:
         strides = torch.tensor([_strides(operand) for operand in operands])
         out = torch.empty((actions.shape[-2], len(self.layouts.state), batch.numel()), dtype=self.dtype)
         places = [tensor.data_ptr() for tensor in (*operands, out, strides)]
-        self._library.roll_out(*places, operands[0].shape[1], batch.numel(), len(out), per_step)
+        sizes = operands[0].shape[1], batch.numel(), len(out), per_step
+        edges = edges_of(batch.numel())
+        if len(edges) == 2:
+            self._library.roll_out(*places, *sizes, *edges)
+        else:
+            with ThreadPoolExecutor(len(edges) - 1) as pool:
+                waiting = [pool.submit(self._library.roll_out, *places, *sizes, *part) for part in pairwise(edges)]
+            for part in waiting:
+                part.result()
         return torch.movedim(out.unflatten(-1, batch) if batch else out[..., 0], [0, 1], [-2, -1])
+
+
+def edges_of(samples: int) -> list[int]:
+    """Where the parts begin and end that go to threads of their own, of about the same number of samples."""
+    parts = max(1, min(available_threads(), samples // FEWEST))
+    return [*(samples * part // parts // WIDEST * WIDEST for part in range(parts)), samples]
 
 
 def _in_sets(tensor: Tensor, size: int, batch: torch.Size) -> Tensor:

@@ -12,7 +12,7 @@ import sympy
 from sympy import Expr
 
 from sym2real.errors import ModelError, UnknownNameError
-from sym2real.symbolic.expressions import CONSTANTS, FUNCTIONS, product, symbol
+from sym2real.symbolic.expressions import CONSTANTS, FUNCTIONS, applied, product, symbol
 
 LONGEST_TEXT = 200_000
 LARGEST_NUMBER_BITS = 1100  # as large as a float gets; a tower of powers would never end
@@ -162,7 +162,7 @@ class _Reader(ast.NodeVisitor):
         least, most = ARITY.get(name, (1, 1))
         if not least <= len(arguments) <= most:
             raise ModelError(f"wrong number of arguments for {name}: {_short(_source(node))}")
-        return FUNCTIONS[name](*arguments)
+        return applied(FUNCTIONS[name], arguments)
 
     def _piece(self, node: ast.expr) -> tuple[Expr, Expr]:
         if not isinstance(node, ast.Tuple) or len(node.elts) != 2:

@@ -31,7 +31,7 @@ from sym2real.logs.agreement import thrust_agreement
 from sym2real.logs.differences import rates_on_time
 from sym2real.logs.pose import attitude, with_angles
 from sym2real.logs.sources import AsRead
-from sym2real.robots import CRAZYFLIE, MUSHR, Robot
+from sym2real.robots import CRAZYFLIE, MUSHR, Robot, car
 from sym2real.symbolic import Equations
 from sym2real.vocabulary import ATTITUDE
 
@@ -138,6 +138,15 @@ def test_another_unit_is_named_and_undone(robot: Robot, factors: Factors, said: 
     for log, right in zip(checked.data, rates_on_time(data), strict=True):
         np.testing.assert_allclose(log.state, right.state, rtol=1e-9, atol=1e-12)
         np.testing.assert_allclose(log.action, right.action, rtol=1e-9, atol=1e-12)
+
+
+def test_steering_in_degrees_with_the_other_sign_is_named_by_a_model_that_obeys_at_once() -> None:
+    """Its steering moves nothing while it stands."""
+    model = car(MUSHR.numbers["wheelbase"], mass=MUSHR.mass, dt=MUSHR.dt)
+    data = drives()
+    checked = check(model, times(data, of("steer", -DEGREES)))
+    assert [f.name for f in checked.faults] == ["steer in deg instead of rad", "steer with the wrong sign"]
+    np.testing.assert_allclose(checked.data[0].action, data[0].action, rtol=1e-9, atol=1e-12)
 
 
 @pytest.mark.parametrize(

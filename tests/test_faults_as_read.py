@@ -16,7 +16,7 @@ from sym2real.dataset import Dataset
 from sym2real.diagnosis.errors.floor import Floor
 from sym2real.diagnosis.errors.rungs import Rung, RungError
 from sym2real.diagnosis.faults.fault import Fault
-from sym2real.diagnosis.faults.misread_attitudes import OfAttitude
+from sym2real.diagnosis.faults.misread_attitudes import ORDERS, OfAttitude
 from sym2real.diagnosis.faults.mistakes.transformation import Late, of_all
 from sym2real.diagnosis.faults.sanity import check
 from sym2real.diagnosis.unexplained.explaining import find_astray
@@ -235,6 +235,17 @@ BY_ATTITUDE = quadrotor(interface="thrust_attitude", dt=CRAZYFLIE.dt, mass=CRAZY
 
 def test_an_attitude_that_is_followed_is_no_fault() -> None:
     assert check(BY_ATTITUDE, by_attitude()).faults == ()
+
+
+@pytest.mark.parametrize("order", ["xyzw", "wxyz"])
+def test_the_scalar_elsewhere_in_a_commanded_attitude(order: str) -> None:
+    meant, mistaken = ORDERS[order][1], by_attitude()
+    held = {f"{own}_cmd": f"{other}_cmd" for own, other in zip(ATTITUDE.columns, meant, strict=True)}
+    mistaken = Dataset(log.with_columns({own: log.column(other) for own, other in held.items()}) for log in mistaken)
+    checked = check(BY_ATTITUDE, mistaken)
+    assert [fault.name for fault in checked.faults] == [f"commanded {ORDERS[order][0]}"]
+    for log, right in zip(checked.data, by_attitude(), strict=True):
+        np.testing.assert_array_equal(log.action, right.action)
 
 
 @pytest.mark.slow

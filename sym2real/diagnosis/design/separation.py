@@ -168,8 +168,6 @@ def _unflown(finding: Finding, others: Sequence[str], equations: Equations) -> s
 
 def _never(finding: Finding, equations: Equations) -> list[str]:
     same = [key for key in finding.alternatives if _always(key, finding.effect, equations)]
-    if not same:
-        return []
     ways = [way for way in (effect(key, equations).of.distinguished_by for key in (finding.effect, *same)) if way]
     instead = f", but {ways[0]}" if ways else ""
-    return [f"no motion tells it from {' or '.join(same)}{instead}"]
+    return [f"no motion tells it from {' or '.join(same)}{instead}"] if same else []

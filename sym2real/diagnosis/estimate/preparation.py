@@ -265,6 +265,5 @@ def unpredicted_notes(problem: Problem) -> tuple[str, ...]:
     lost = ~problem.states(problem.library.null[None])[0].isfinite().flatten(1).all(1)
     if lost.all():
         raise ModelError(f"expected a model that predicts finite states along these logs, found none; {ADVICE}")
-    if not lost.any():
-        return ()
-    return (f"the model predicts no number in {int(lost.sum())} of {len(lost)} segments of the logs: {ADVICE}",)
+    note = f"the model predicts no number in {int(lost.sum())} of {len(lost)} segments of the logs: {ADVICE}"
+    return (note,) if lost.any() else ()

@@ -106,10 +106,9 @@ def scale_text(ratio: float, than: str) -> str:
 
 def _ratio(agreement: Agreement) -> float | None:
     """How many times as large as the derivative a column is; None where nobody can tell, or in another frame."""
-    if agreement.correlation is None or abs(agreement.correlation) < SETTINGS.nearly or not agreement.ratio:
-        return None
-    elsewhere = agreement.in_other_frame
-    return None if elsewhere is not None and elsewhere > agreement.correlation else agreement.ratio
+    here, elsewhere = agreement.correlation, agreement.in_other_frame
+    sure = here is not None and abs(here) >= SETTINGS.nearly and not (elsewhere is not None and elsewhere > here)
+    return agreement.ratio or None if sure else None
 
 
 class Steps:
@@ -193,16 +192,30 @@ class Steps:
     def _signs(self) -> torch.Tensor:
         """Which commands move the robot against what the model says, by what next to none of each moves most: -1.
 
-        Others 1 ``# (A,)``.
+        None of the others is sent, unless a command moves nothing then, as steering does of a car that stands. Others
+        1 ``# (A,)``.
         """
-        none = torch.full((1, len(self._action)), inf, dtype=torch.float64)
-        # Divided by so much that of a command only the way counts.
-        short, *less = self._missing(torch.cat([none, none.repeat(len(self._action), 1).fill_diagonal_(1e6)]))
-        moved = torch.stack([short - left for left in less])
+        (short, moved), beside = self._next_to_none(inf), self._next_to_none(1.0)
+        still = (moved == 0.0).flatten(1).all(1)[:, None, None]
+        short, moved = torch.where(still, beside[0], short), torch.where(still, beside[1], moved)
         most = (moved.square().mean(1) / self._changed).nan_to_num(posinf=0.0).argmax(1)
         apart, alone = (part - part.mean(-2, keepdim=True) for part in (short, moved))
-        alike = torch.cosine_similarity(alone, apart.expand_as(alone), dim=1)[range(len(most)), most]
+        alike = torch.cosine_similarity(alone, apart, dim=1)[range(len(most)), most]
         return torch.where(alike < -SETTINGS.mostly, -1.0, 1.0).to(torch.float64)
+
+    def _next_to_none(self, others: float) -> tuple[torch.Tensor, torch.Tensor]:
+        """What is missing without each command, and what so little of it moves that only its way counts.
+
+        Args:
+            others: what the other commands are divided by.
+
+        Returns:
+            ``# (A, n, tangent)`` each.
+        """
+        size = len(self._action)
+        by = (torch.full((size, size), others, dtype=torch.float64).fill_diagonal_(own) for own in (inf, 1e6))
+        short, left = self._missing(torch.cat([*by])).split(size)
+        return short, short - left
 
 
 def foreign_commands(model: Equations, data: Dataset, *, first: bool = False) -> list[Breach]:

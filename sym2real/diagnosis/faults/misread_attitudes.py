@@ -4,6 +4,7 @@ Of angles that are 57 times too large whole turns are lost, which rates count (`
 heading then starts follows from where the robot accelerates, or goes.
 """
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -81,19 +82,26 @@ def other_order(data: Dataset) -> list[Breach]:
     """Quaternions whose scalar is last, or first where it should be last, beyond doubt; none without motion."""
     if present(data, QUATERNION) != QUATERNION or not (now := _correlation(data)) <= SETTINGS.mostly:
         return []
-    for order, (name, held) in ORDERS.items():
-        shifted = Exchanged(QUATERNION, held, (1, 1, 1, 1))
-        if (then := _correlation(of_all(shifted, data))) >= SETTINGS.scalar_last:
+    for misread in orders_of():
+        if (then := _correlation(of_all(misread, data))) >= SETTINGS.scalar_last:
             told = f"rates and accelerations correlate with the attitude by {then:.2f} then, by {now:.2f} as it stands"
-            return [Breach(Misread(name, partial(_in_order, order), shifted.undone), told)]
+            return [Breach(misread, told)]
     return []
 
 
-def _in_order(order: str, read: AsRead) -> str:
-    names = read.columns(QUATERNION)
+def orders_of(ending: str = "") -> Iterator[Misread]:
+    """The other orders of a quaternion whose columns have this ending."""
+    own = tuple(f"{name}{ending}" for name in QUATERNION)
+    for order, (name, held) in ORDERS.items():
+        exchanged = Exchanged(own, tuple(f"{column}{ending}" for column in held), (1, 1, 1, 1))
+        yield Misread(f"{'commanded ' * bool(ending)}{name}", partial(_in_order, order, own), exchanged.undone)
+
+
+def _in_order(order: str, quaternion: Sequence[str], read: AsRead) -> str:
+    names, table = read.columns(quaternion), "attitude" if (*quaternion,) == QUATERNION else "attitude_command"
     columns = ", ".join(f'"{name}"' for name in (names if order == "xyzw" else (*names[1:], names[0])))
     entry = f'quaternion = [{columns}] and order = "{order}"'
-    return f"rename the columns, or say {entry} under [attitude] in a specification of the log"
+    return f"rename the columns, or say {entry} under [{table}] in a specification of the log"
 
 
 def _correlation(data: Dataset) -> float:

@@ -97,8 +97,9 @@ def search(prepared: Prepared, stages: Stages) -> SearchResult:
     A base as it is comes before a calibrated one where it surely costs so much less, with the effect that helps most
     or none; the other in doubt.
     """
-    ways = [(way, _selection(way)) for way in (prepared, *([uncalibrated(prepared)] if prepared.calibrated else ()))]
-    selections = [selection for _, selection in ways]
+    known = (prepared, *([uncalibrated(prepared)] if prepared.calibrated else ()))
+    selections = [Selection(way.problems, way.candidates, way.origin) for way in known]
+    ways = list(zip(known, selections, strict=True))
     if len(ways) > 1 and stages.try_to("holding the base against its simulator", _contradicted, selections):
         ways.reverse()
     (prepared, selection), *others = ways
@@ -115,10 +116,6 @@ def search(prepared: Prepared, stages: Stages) -> SearchResult:
         stages.try_to("searching for what moves little of what is measured", join_narrow, predicted)
         selection.small = predicted.small()
     return SearchResult(prepared, selection, not stages.interrupted, dropped or ())
-
-
-def _selection(prepared: Prepared) -> Selection:
-    return Selection(prepared.problems, prepared.candidates, prepared.origin)
 
 
 def _search(prepared: Prepared, selection: Selection, stages: Stages) -> None:

@@ -12,7 +12,7 @@ from scipy.optimize import linear_sum_assignment
 
 from sym2real.dataset import Dataset
 from sym2real.diagnosis.data.preparation import present
-from sym2real.diagnosis.faults.misread_attitudes import COMMANDED, FROM_WORLD, OfAttitude
+from sym2real.diagnosis.faults.misread_attitudes import COMMANDED, FROM_WORLD, OfAttitude, orders_of
 from sym2real.diagnosis.faults.mistakes.balance import SHIFTED, Balance
 from sym2real.diagnosis.faults.mistakes.transformation import Exchanged, Late, OtherAxes, Transformation, Turned
 from sym2real.diagnosis.faults.sensor_readings import measured_by, rates_of
@@ -105,8 +105,11 @@ def _single_columns(layout: Layout) -> tuple[str, ...]:
     return tuple(name for field in layout.fields if field.kind == "vector" for name in field.columns)
 
 
-def _of_attitudes(data: Dataset, balance: Balance) -> Iterator[OfAttitude]:
-    """Roll and pitch in every order and sign, of what was measured or commanded, where that is badly predicted."""
+def _of_attitudes(data: Dataset, balance: Balance) -> Iterator[Transformation]:
+    """Roll and pitch in every order and sign, of what was measured or commanded, where that is badly predicted.
+
+    Of what was commanded also the scalar elsewhere; of what was measured the rates have told that.
+    """
     losses = dict(zip(balance.names, balance.losses.mean(0), strict=True))
     if max(losses.get(name, 0.0) for name in TILTED) <= SETTINGS.mostly:
         return
@@ -115,6 +118,7 @@ def _of_attitudes(data: Dataset, balance: Balance) -> Iterator[OfAttitude]:
         if present(data, quaternion) == quaternion:
             for order in _orders((tuple(f"{angle}{ending}" for angle in EULER_ANGLES[:2]),)):
                 yield OfAttitude(order.columns, order.sources, order.signs, quaternion)
+            yield from orders_of(ending) if ending else ()
 
 
 def _swapped(vectors: Vectors) -> Iterator[Exchanged]:

@@ -174,9 +174,8 @@ class Terms:
 
     def _hidden_in_a_step(self, judged: TermFit) -> bool:
         """Whether a command's dependence on what it was is less than nobody knows of when in a step it acts."""
-        hidden = WITHIN_A_STEP * float(self.features[judged.term.name].values[:, 0].std())
-        varied = judged.term.channel.size * float(self._varied(judged).std())
-        return judged.term.of_its_past and varied < hidden
+        term, hidden = judged.term, WITHIN_A_STEP * float(self.features[judged.term.name].values.std(0)[:1].sum())
+        return term.of_its_past and term.channel.size * float(self._varied(judged).std()) < hidden
 
     def _varied(self, judged: TermFit) -> Tensor:
         """What a term makes of its channel, in steps of that ``# (S, pieces)``."""

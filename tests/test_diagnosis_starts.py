@@ -97,3 +97,32 @@ def test_dry_friction_beside_a_damping_is_no_more_damping(tmp_path: Path) -> Non
     found = diagnose(robot.nominal(), Dataset([shuttled(robot, seed) for seed in range(3)]), exclude=["sensor_*"])
     assert [one.effect for one in found.findings] == ["joint_friction:rail"]
     assert found.findings[0].values["value"] == pytest.approx(5.0, rel=0.05)
+
+
+STAGE = """<mujoco><option timestep="0.0005" integrator="implicitfast"/><worldbody><body>
+<joint name="stage" type="slide" axis="1 0 0" damping="6"/><inertial pos="0 0 0" mass="2.4" diaginertia="1 1 1"/>
+</body></worldbody><actuator><position name="place" joint="stage" kp="900" kv="60" ctrlrange="-1 1"/></actuator></mujoco>"""
+
+
+def followed(robot: Robot, seed: int, play: float) -> Trajectory:
+    """A stage that is sent along some swings, with play between its command and its servo."""
+    rng = np.random.default_rng(seed)
+    plant = MujocoPlant(robot, [effect("dead_band:place", robot).inject(value=play)])
+    state, rows, sent = plant.reset(), [], []
+    swings, phases = rng.uniform(0.1, 0.9, 4), rng.uniform(0.0, 6.28, 4)
+    for row in range(700):
+        goal = 0.15 * np.sin(2 * np.pi * swings * row * robot.dt + phases).sum(keepdims=True)
+        rows.append(state + np.array([1e-5, 4e-3]) * rng.standard_normal(2))
+        sent.append(goal)
+        state = plant.step(goal)
+    return Trajectory.from_arrays(np.array(rows), np.array(sent), robot.layouts, dt=robot.dt, name=f"way {seed}")
+
+
+@pytest.mark.slow
+def test_play_that_is_narrow_beside_what_is_sent_is_no_friction(tmp_path: Path) -> None:
+    """A twentieth of the command's deviation: from a quarter of it nothing leads there."""
+    (file := tmp_path / "stage.xml").write_text(STAGE)
+    robot = Robot.from_mjcf(file, dt=0.01)
+    found = diagnose(robot.nominal(), Dataset([followed(robot, seed, 0.012) for seed in range(3)]), MujocoPlant(robot))
+    assert [one.effect for one in found.findings] == ["dead_band:place"]
+    assert found.findings[0].values["value"] == pytest.approx(0.012, rel=0.03)

@@ -34,6 +34,8 @@ BETWEEN_ROWS = (
 _of_command = partial(Kind, stage="filter", columns="action")
 # Longest likely lag in steps: of a car that is stepped by 20 ms a second, of a boat by 0.1 s five.
 LONGEST_LAG = 50
+# Parts of a command's deviation from which play is searched: from two and a half times too narrow it is found.
+PLAY = (0.03, 0.1, 0.25, 0.5)
 # The truth integrates a control period in so many pieces.
 PIECES = 200
 
@@ -209,7 +211,7 @@ DEAD_BAND = _of_a_band(
     memory=lambda body: play(),
     searching=Searching(
         why_not=alone_on("rate command", "thrust", "motors"),
-        starts=lambda body, values: tuple(min(part * float(np.std(values)), _widest(body)) for part in (0.25, 0.5)),
+        starts=lambda body, values: tuple(min(part * float(np.std(values)), _widest(body)) for part in PLAY),
         from_null=False,
         sizes=lambda _, values: tuple(float(np.std(values)) * part for part in (0.05, 0.1, 0.2, 0.5, 1.0, 2.0)),
     ),

@@ -16,13 +16,14 @@ from sym2real.trajectory import Array
 # Logs of robots have between 2 and 2000 rows a second, most about 50.
 SHORTEST_STEP, USUAL_STEP, LONGEST_STEP = 5e-4, 2e-2, 0.5
 FIRST_ROWS = 5
+THIS_CENTURY = 1e9  # s since 1970, of 2001; ms, us and ns are more
 MOSTLY = 0.8
 UNLIKE = (0.6, 1.6)  # × the median: an interval outside is not like the others
 
 
 def inspect_time(draft: Draft) -> None:
     """Find the time base and the rows to drop; sets ``rows``, and shortens ``tables``."""
-    column = _column(draft.tables, draft.assignment.times or _ticking(draft.tables))
+    column = _column(draft.tables, draft.assignment.times or _ticking(draft))
     draft.rows = Rows(_without_stamps(draft) if column is None else _with_stamps(draft, column))
 
 
@@ -63,8 +64,11 @@ def _column(tables: list[Table], candidates: list[str]) -> str | None:
     return candidates[0] if candidates else None
 
 
-def _ticking(tables: list[Table]) -> list[str]:
-    """Columns whose names state a unit of time, and which go up as a clock does: by about as much from row to row."""
+def _ticking(draft: Draft) -> list[str]:
+    """Columns that go up as a clock does, by about as much from row to row.
+
+    Their names state a unit of time; or say nothing, and they count from 1970.
+    """
 
     def ticks(values: Array) -> bool:
         intervals = np.diff(unbroken(values))
@@ -75,8 +79,11 @@ def _ticking(tables: list[Table]) -> list[str]:
         unit = words_and_unit(name)[1]
         return bool(unit) and UNITS[unit][0] == "s" and not name.lower().endswith("_s")
 
-    stated = filter(of_time, tables[0].columns)
-    return [name for name in stated if all(name in own.columns and ticks(own.columns[name]) for own in tables)]
+    def since_1970(name: str) -> bool:
+        return name not in draft.assignment.named and draft.tables[0].columns[name][0] > THIS_CENTURY
+
+    asked = (name for name in draft.tables[0].columns if of_time(name) or since_1970(name))
+    return [name for name in asked if all(name in own.columns and ticks(own.columns[name]) for own in draft.tables)]
 
 
 def _unit(draft: Draft, column: str, step: float) -> tuple[str, str]:

@@ -101,7 +101,8 @@ def test_dry_friction_beside_a_damping_is_no_more_damping(tmp_path: Path) -> Non
 
 STAGE = """<mujoco><option timestep="0.0005" integrator="implicitfast"/><worldbody><body>
 <joint name="stage" type="slide" axis="1 0 0" damping="6"/><inertial pos="0 0 0" mass="2.4" diaginertia="1 1 1"/>
-</body></worldbody><actuator><position name="place" joint="stage" kp="900" kv="60" ctrlrange="-1 1"/></actuator></mujoco>"""
+</body></worldbody><actuator>
+<position name="place" joint="stage" kp="900" kv="60" ctrlrange="-1 1"/></actuator></mujoco>"""
 
 
 def followed(robot: Robot, seed: int, play: float) -> Trajectory:

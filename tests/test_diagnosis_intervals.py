@@ -12,7 +12,7 @@ from standard_set import Case, simulate_case
 from weighed_problems import weighed_problems
 
 from sym2real.dataset import Dataset
-from sym2real.diagnosis import Estimate
+from sym2real.diagnosis import Estimate, diagnose
 from sym2real.diagnosis.adding import try_effect
 from sym2real.diagnosis.data.segments import COMPARED, cut
 from sym2real.diagnosis.estimate import calibrate
@@ -184,11 +184,11 @@ def test_a_value_is_said_with_its_unit_and_without_the_unit_one(value: float, un
     assert Estimate(value, value, value, unit).text == text
 
 
-def _late_bicycle(seed: int, wheelbase: float, late: float) -> Trajectory:
+def _late_bicycle(seed: int, wheelbase: float, late: float, size: float = 0.3, jitter: float = 0.4) -> Trajectory:
     """Steering that acts some s after it was sent, at uneven stamps; integrated every ms."""
     rng = np.random.default_rng(seed)
-    stamps = MUSHR.dt * (1.0 + np.arange(300) + rng.uniform(-0.4, 0.4, 300))
-    steer = 0.3 * np.sin(np.cumsum(rng.uniform(0.02, 0.15, 300))) + 0.03 * rng.standard_normal(300)
+    stamps = MUSHR.dt * (1.0 + np.arange(300) + rng.uniform(-jitter, jitter, 300))
+    steer = size * np.sin(np.cumsum(rng.uniform(0.02, 0.15, 300))) + 0.03 * rng.standard_normal(300)
     fine = np.arange(0.0, stamps[-1], 1e-3)
     sent = steer[np.clip(np.searchsorted(stamps, fine - late, side="right") - 1, 0, None)]
     rate = SPEED * np.tan(sent) / wheelbase
@@ -213,6 +213,19 @@ def test_the_interval_of_a_delay_holds_it_where_commands_change_within_steps() -
     assert value.low >= 0.0
     share = found.parameters.get("mean_share")
     assert share is None or 0.0 <= share.low <= share.high <= 1.0
+
+
+@pytest.mark.parametrize(
+    ("size", "named", "value", "group"),
+    [(0.4, "wheelbase", 1.2, {"wheelbase"}), (0.12, "gain:steer", 1 / 1.2, {"gain:steer", "wheelbase", "understeer"})],
+)
+def test_a_wrong_wheelbase_is_a_steering_gain_as_long_as_angles_are_small(
+    size: float, named: str, value: float, group: set[str]
+) -> None:
+    logs = Dataset([_late_bicycle(seed, 0.3, 0.0, size, 0.0) for seed in range(4)])
+    found = diagnose(car(0.25), logs).findings[0]
+    assert (found.effect, {*found.group}) == (named, group)  # at one speed tyres do as much
+    assert found.values["value"] == pytest.approx(value, rel=0.02)
 
 
 @pytest.mark.parametrize(

@@ -127,3 +127,37 @@ def test_play_that_is_narrow_beside_what_is_sent_is_no_friction(tmp_path: Path) 
     found = diagnose(robot.nominal(), Dataset([followed(robot, seed, 0.012) for seed in range(3)]), MujocoPlant(robot))
     assert [one.effect for one in found.findings] == ["dead_band:place"]
     assert found.findings[0].values["value"] == pytest.approx(0.012, rel=0.03)
+
+
+SLIDE = """<mujoco><worldbody><body><joint name="stage" type="slide" axis="1 0 0" damping="6"/>
+<inertial pos="0 0 0" mass="2.4" diaginertia="1 1 1"/></body></worldbody>
+<actuator><motor name="force" joint="stage" ctrlrange="-60 60"/></actuator></mujoco>"""
+
+
+def crept(robot: Robot, seed: int) -> Trajectory:
+    """A stage whose friction of 5 N gives like a spring of 4000 N/m first (P. Dahl, 1968), and which mostly sticks."""
+    rng, step, parts = np.random.default_rng(seed), 2e-4, round(robot.dt / 2e-4)
+    place, speed, bent, rows, sent = 0.0, 0.0, 0.0, [], []
+    swings, phases = 2 * np.pi * rng.uniform(0.1, 1.2, 4), rng.uniform(0.0, 6.28, 4)
+    for row in range(1400):
+        angle = swings * row * robot.dt + phases
+        goal, pace = 0.03 * np.sin(angle).sum(), 0.03 * (swings * np.cos(angle)).sum()
+        seen = np.array([place, speed]) + np.array([1e-5, 4e-3]) * rng.standard_normal(2)
+        force = 120.0 * (goal - seen[0]) + 14.0 * (pace - seen[1]) + 6.0 * pace
+        rows.append(seen)
+        sent.append([force])
+        for _ in range(parts):
+            bent += step * (speed - 4000.0 / 5.0 * abs(speed) * bent)
+            speed += step * (force - 6.0 * speed - 4000.0 * bent) / 2.4
+            place += step * speed
+    return Trajectory.from_arrays(np.array(rows), np.array(sent), robot.layouts, dt=robot.dt, name=f"creep {seed}")
+
+
+@pytest.mark.slow
+def test_friction_of_a_stage_that_mostly_sticks_is_no_damping(tmp_path: Path) -> None:
+    """A step from none leads to a third of it, which a damping and a delay outdo."""
+    (file := tmp_path / "slide.xml").write_text(SLIDE)
+    robot = Robot.from_mjcf(file, dt=0.005)
+    found = diagnose(robot.nominal(), Dataset([crept(robot, seed) for seed in range(3)]))
+    assert [one.effect for one in found.findings] == ["joint_friction:stage"]
+    assert found.findings[0].values["value"] == pytest.approx(5.0, rel=0.15)

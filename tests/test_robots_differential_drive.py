@@ -14,6 +14,7 @@ from sym2real.cli import main
 from sym2real.dataset import Dataset
 from sym2real.diagnosis import diagnose
 from sym2real.diagnosis.estimate.preparation import CONTRADICTED
+from sym2real.diagnosis.faults.sanity import check
 from sym2real.effects import effect
 from sym2real.errors import ModelError
 from sym2real.experiments.noisy_runs import Effects, noisy_runs
@@ -247,6 +248,16 @@ def test_the_whole_way_from_the_command_line(tmp_path: Path) -> None:
     log = drives([("joint_friction:left_wheel", {"value": 0.03})], count=1)[0]
     added = ["joint_friction:left_wheel", "value=0.03"]
     whole_way.go(tmp_path / "base", log, "circle", added, channel="yaw", folder=tmp_path, seconds=0.6)
+
+
+@pytest.mark.parametrize("late", [0.0, 0.1])
+def test_wheels_whose_commands_were_swapped_are_named_beside_a_delay(late: float, base: Equations) -> None:
+    data = drives([("delay", {"value": late})] if late else ())
+    columns = DRIVE.layouts.action.columns
+    other = dict(zip(columns, columns[::-1], strict=True))
+    checked = check(base, Dataset(log.with_columns({a: log.column(b) for a, b in other.items()}) for log in data))
+    assert [fault.name for fault in checked.faults] == ["left right swapped (left holds right, right holds left)"]
+    np.testing.assert_array_equal(checked.data[0].action, data[0].action)
 
 
 def test_what_does_not_apply_is_refused_in_words(base: Equations) -> None:

@@ -631,4 +631,4 @@ def test_logs_of_a_robot_that_nothing_holds_calibrate_nothing_and_say_why() -> N
     log = Trajectory.from_arrays(np.zeros((60, 4)), np.zeros((60, 1)), robot.layouts, dt=robot.dt, name="still")
     flown, why = flown_along(robot.nominal(), MujocoPlant(robot), Dataset([log]))
     assert flown is None
-    assert "expected a robot that can be held at its start" in why
+    assert "expected a robot that commands can hold at its start" in why

@@ -67,7 +67,7 @@ def _gain(robot: Robot) -> Array:
     try:
         cost = solve_discrete_are(slope, effect, weight, np.diag(EFFORT / span**2))
     except (np.linalg.LinAlgError, ValueError) as error:
-        raise ModelError(f"{robot.name}: expected a robot that can be held at its start: {error}") from None
+        raise ModelError(f"{robot.name}: expected a robot that commands can hold at its start, found none") from error
     inner = np.diag(EFFORT / span**2) + effect.T @ cost @ effect
     return np.asarray(np.linalg.solve(inner, effect.T @ cost @ slope), dtype=np.float64)
 

@@ -305,7 +305,7 @@ WHEELBASE = _of_wheels(
     inject=truth.editing(_stretch),
     substitute=_wheelbase_substitute,
     needs=("steer",),
-    searching=Searching(stood_for_by=lambda _: "gain:steer", varying=("steer",), shown_in=lambda _: (Shown.BOTH_WAYS,)),
+    searching=Searching(varying=("steer",), shown_in=lambda _: (Shown.BOTH_WAYS,)),
 )
 
 

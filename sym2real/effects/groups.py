@@ -38,7 +38,7 @@ GROUPS = (
     ),
     Group("always", ("torque_bias", "offset:w?_cmd"), manoeuvres.always),
     Group("thrust hardly varies", ("com_offset", "torque_bias", "offset:w?_cmd")),
-    Group("speed is low", ("wheelbase", "gain:steer")),
+    Group("steering angles are small", ("gain:steer", "wheelbase"), manoeuvres.small_steering, exclusive=True),
     Group(
         "a loop controls the speed, in one direction",
         ("rolling_resistance", "offset:speed", "offset:acceleration"),

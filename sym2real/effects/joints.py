@@ -102,8 +102,10 @@ JOINT_DAMPING = _of_joint(
 )
 
 
-# Shares of a description's own friction that are tried: what is held where the robot slides has no slope.
-LESS = (0.5, 0.1)
+# Shares of a description's own friction, and of the actuators' largest force, from which friction is searched: what is
+# held where the robot slides has no slope; of one that sticks most of the time a step from none finds a damping, and
+# one from half or one and a third of the truth leads there.
+LESS, MORE = (0.5, 0.1), (0.015, 0.04, 0.1)
 
 
 def _joint_friction_parameters(body: Body) -> tuple[Parameter, ...]:
@@ -114,8 +116,9 @@ def _joint_friction_parameters(body: Body) -> tuple[Parameter, ...]:
 
 
 def _starts(body: Body, _values: Array) -> tuple[float, ...]:
-    described = body.numbers.get(FRICTION.format(column=body.column), 0.0)
-    return tuple((share - 1.0) * described for share in LESS if described > 0)
+    most, described = strength(body), body.numbers.get(FRICTION.format(column=body.column), 0.0)
+    less = tuple((share - 1.0) * described for share in LESS if described > 0)
+    return (*(share * most for share in MORE if most > 0), *less)
 
 
 def _joint_friction_substitute(equations: Equations, values: Values, body: Body) -> Equations:

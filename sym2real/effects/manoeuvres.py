@@ -23,6 +23,8 @@ SINGLE_DIRECTION, MOVING = 0.95, 0.2
 SINGLE_CIRCLE = 0.5
 # Interquartile range of the speed, by its median, below which a flight or drive has one speed.
 STEADY_SPEED = 0.25
+# Steering angle (rad) whose tangent is larger by a hundredth.
+SMALL_ANGLE = 0.17
 # Lateral acceleration (m/s²) that tyres hold (DIAGNOSIS: grip shows from 2.7 on).
 GRIP = 2.7
 # What shows effects that are late, and how a robot with such a field of commands is commanded to do it.
@@ -95,6 +97,12 @@ def typical_speed(logs: Iterable[Trajectory]) -> float:
     velocities = [[log.column(name) for name in VELOCITY.columns if name in log.layouts.state] for log in logs]
     speeds = [np.linalg.norm(columns, axis=0) for columns in velocities if columns]
     return float(np.median(np.concatenate(speeds))) if speeds else 0.0
+
+
+def small_steering(logs: Sequence[Trajectory]) -> bool:
+    """Whether the tangent of nearly every steering angle is the angle, within a hundredth."""
+    columns = _joined(logs, ("steer",))
+    return bool(columns) and bool(np.quantile(np.abs(columns[0]), 0.95) < SMALL_ANGLE)
 
 
 def tyres_hold(logs: Sequence[Trajectory]) -> bool:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sym2real.diagnosis.settings import SETTINGS
+from sym2real.effects.kind import with_unit
 from sym2real.logs.extremes import at_extremes, reversal
 from sym2real.logs.noise import noise_level
 from sym2real.trajectory import Array, Trajectory
@@ -48,7 +49,7 @@ class Excitation:
     def limit_notes(self, name: str) -> list[str]:
         """A sentence for each end at which it stays for over a twentieth of the rows; zero is rest, and no limit."""
         return [
-            f"{name} stays at its end {edge:.3g} {self.unit} in {100 * share:.0f} % of the rows: clipped, or held there"
+            f"{name} stays at its end {with_unit(edge, self.unit)} in {100 * share:.0f} % of the rows: clipped, or held"
             for edge, share in ((self.low, self.at_low), (self.high, self.at_high))
             if share > SETTINGS.uneven and edge != 0.0 and self.high > self.low
         ]

@@ -1,6 +1,7 @@
 """Whether logs agree better with themselves and with a model, beyond chance, once a transformation is undone."""
 
 from dataclasses import replace
+from math import inf
 
 import numpy as np
 
@@ -150,17 +151,17 @@ def _judged(balances: Balances, now: Balance, transformation: Transformation, da
         return None
     if isinstance(transformation, Turned) and transformation.field == "attitude":
         clear &= without_drag(now) > SETTINGS.far * new
-    if isinstance(transformation, Exchanged | Scaled | Turned):  # it must mend a part of what it does
-        does = 1.0 - np.cos(transformation.angle) if isinstance(transformation, Turned) else 1.0
-        clear &= better > SETTINGS.worth_saying * does
     if isinstance(transformation, Late | Turned):
         clear &= without_arm(now) > SETTINGS.far * new
     for other in mimics(transformation, data.layouts.action.columns):
         mimicked = balances.inside(of_all(other, data)).losses.mean(0)
         clear &= (mimicked > SETTINGS.far * new) & (_in_all(mimicked) > _in_all(new))
-    chances = [chance(now.missed(place), then.missed(place)) if clear[place] else 1.0 for place in range(len(old))]
-    most = int(np.argmin(chances))
-    if chances[most] > SETTINGS.false_alarms_of_each(tests):
+    # It must mend a part of what it does.
+    does = 1.0 - np.cos(transformation.angle) if isinstance(transformation, Turned) else 1.0
+    least = SETTINGS.worth_saying * does if isinstance(transformation, Exchanged | Scaled | Turned) else 0.0
+    chances = [chance(now.missed(place), then.missed(place)) for place in np.flatnonzero(clear).tolist()]
+    most = int(np.where(clear, better, -inf).argmax())
+    if not (clear[most] and better[most] > least and min(chances) <= SETTINGS.false_alarms_of_each(tests)):
         return None
     return float(better.sum()), Breach(transformation, _evidence(now.names[most], old[most], new[most]))
 

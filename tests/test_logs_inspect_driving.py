@@ -137,3 +137,16 @@ def test_a_log_of_a_car_whose_commands_are_counts_is_a_cars(tmp_path: Path, caps
     assert "it lacks speed, steer in a known unit" in said
     assert "(36 columns)" in said
     assert "covariance[17]" not in said
+
+
+@pytest.mark.parametrize(("per_rad", "unit"), [(1.0, ""), (180.0 / np.pi, "deg")])
+def test_a_heading_without_steering_turns_with_the_path_in_one_unit(per_rad: float, unit: str, tmp_path: Path) -> None:
+    """Wheels of a rover: whoever counts on beyond a turn in rad is not in degrees, whatever the size says."""
+    time = 0.04 * np.arange(400)
+    yaw = 0.8 * time + 0.5 * np.sin(1.3 * time)
+    speed = 0.6 + 0.2 * np.sin(0.7 * time)
+    way = np.cumsum(speed * np.array([np.cos(yaw), np.sin(yaw)]) * 0.04, axis=1)
+    columns = {"t": time, "x": way[0], "y": way[1], "yaw": per_rad * yaw, "left": 20.0 * speed, "right": 21.0 * speed}
+    found = inspect_logs(saved(tmp_path, columns, "rover.csv"))
+    assert found.spec.columns["yaw"].unit == unit
+    assert not found.suspected_flips

@@ -76,8 +76,12 @@ def gyro_agreement(draft: Draft) -> dict[str, float]:
 
 
 def way(draft: Draft) -> Array | None:
-    """The direction in which a car moves in rad ``# (rows,)``, NaN where it stands; None for other robots."""
-    if not draft.assignment.is_car or not draft.has("x", "y"):
+    """The direction in which a car, or what has a heading in a plane, moves in rad ``# (rows,)``, NaN where it stands.
+
+    None for other robots.
+    """
+    in_plane = draft.has("yaw") and not draft.has("z")
+    if not (draft.assignment.is_car or in_plane) or not draft.has("x", "y"):
         return None
     speed = [draft.values(SPEED_COLUMN)] if draft.has(SPEED_COLUMN) else []
     return draft.rows.each(course, draft.rows.stamps, draft.series("x"), draft.series("y"), *speed)

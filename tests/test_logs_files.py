@@ -125,6 +125,16 @@ def test_missing_columns_are_named_together_with_what_is_there(tmp_path: Path) -
     assert "did you mean" not in str(refused.value)
 
 
+def test_a_name_of_the_same_letters_is_proposed_before_others(tmp_path: Path) -> None:
+    names = [f"q_cmd_{part}" for part in "wxyz"]
+    (tmp_path / "run.csv").write_text("t," + ",".join(names) + "\n0,1,0,0,0\n1,1,0,0,0\n")
+    wanted = Layouts(Layout.of(["qw_cmd", "qx_cmd", "qy_cmd", "qz_cmd"]), Layout.of(["thrust"]))
+    with pytest.raises(DataError) as refused:
+        read_log(tmp_path / "run.csv", layouts=wanted)
+    asked = [f"is {name!r} its {own}?" for name, own in zip(names, wanted.state.columns, strict=True)]
+    assert refused.value.found.split("; ")[1:5] == asked
+
+
 def test_only_a_name_that_is_close_is_proposed_for_a_missing_column(tmp_path: Path) -> None:
     (tmp_path / "run.csv").write_text("t,x,y,z,Motor_1,wx\n0,0,0,0,0,0\n1,0,0,0,0,0\n")
     wanted = Layouts(Layout.of(["x", "y", "z", "vx", "vy", "vz"]), Layout.of(["motor1", "wx_cmd"]))

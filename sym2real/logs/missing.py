@@ -82,9 +82,17 @@ def _with_units(names: Iterable[str], units: dict[str, str]) -> str:
 
 
 def _close(missing: Iterable[str], others: Iterable[str]) -> list[str]:
-    lower = {name.lower(): name for name in others}
-    near = {name: difflib.get_close_matches(name.lower(), lower, n=1, cutoff=CLOSE) for name in missing}
-    return [f"is {lower[matches[0]]!r} its {name}?" for name, matches in near.items() if matches]
+    """One question a name that is much like a missing one, before others one with the same letters: q_cmd_w, qw_cmd."""
+    lower, questions = {name.lower(): name for name in others}, []
+    for name in missing:
+        near = difflib.get_close_matches(name.lower(), lower, n=MOST_NAMED, cutoff=CLOSE)
+        near.sort(key=lambda other: _letters(other) != _letters(name.lower()))
+        questions += [f"is {lower[other]!r} its {name}?" for other in near[:1]]
+    return questions
+
+
+def _letters(name: str) -> list[str]:
+    return sorted(name.replace("_", ""))
 
 
 def _other_interface(layouts: Layouts, standard: Collection[str]) -> list[str]:

@@ -58,8 +58,7 @@ class SearchResult:
     @property
     def notes(self) -> tuple[str, ...]:
         """Remarks on the data and the method, and effects that were not taken though the logs ask for them."""
-        dropped = [candidate.name for candidate in self.dropped]
-        not_taken = {UNNEEDED: dropped, TOO_LARGE: self.selection.driven_to_bounds()}
+        not_taken = {UNNEEDED: [own.name for own in self.dropped], TOO_LARGE: self.selection.driven_to_bounds()}
         return (*self.prepared.notes, *(f"{why}: {', '.join(names)}" for why, names in not_taken.items() if names))
 
     def gains(self, commands: Collection[str]) -> dict[str, float]:

@@ -70,7 +70,8 @@ class Exchanged:
         if not moved:
             return f"{' '.join(own for own, _ in wrong)} mirrored (with the other sign)"
         exchanges = ", ".join(f"{own} holds {other}" for own, other in wrong)
-        return f"{' '.join(moved)} swapped ({exchanges})"
+        what = "heading counted otherwise" if {*moved} == {*HEADING.columns} else f"{' '.join(moved)} swapped"
+        return f"{what} ({exchanges})"
 
     def fix(self, read: AsRead) -> str:
         """What to change, in the columns and axes of the log."""
@@ -104,7 +105,7 @@ def counted_otherwise(read: AsRead, sense: float, zero: float) -> str:
     change = [f"change the sign of yaw: flip {own}"] * (sense < 0.0)
     if zero:
         meant = read.sign(HEADING.columns[0]) * zero
-        change.append(f"give {'it' if change else own} a zero of {meant:.2f} rad (in its unit)")
+        change.append(f"give {'it' if change else own} a zero of {meant:.2f} rad ({degrees(meant):.0f} in degrees)")
     return f"{' and '.join(change)} in the log's specification"
 
 

@@ -15,6 +15,8 @@ from sym2real.diagnosis.errors.rungs import HeldOut, Rung, RungError
 from sym2real.diagnosis.estimate.whitening import Spread, estimate
 from sym2real.diagnosis.predict.library import Library
 from sym2real.diagnosis.predict.sensitivity import Problem
+from sym2real.diagnosis.score.finding import Finding
+from sym2real.diagnosis.score.held_out import Gate
 from sym2real.diagnosis.unexplained.explaining import disturbance_notes
 from sym2real.experiments.standard_conditions import ANGLE_NOISE, POSITION_NOISE
 from sym2real.logs.differences import rates_on_time
@@ -22,6 +24,11 @@ from sym2real.plants import MujocoPlant
 from sym2real.report.summary import summary
 from sym2real.robots import CRAZYFLIE, Robot
 from sym2real.trajectory import Trajectory
+
+
+def stage(value: float) -> Rung:
+    """Errors of a rung 0.8 s ahead."""
+    return Rung("", {0.8: {"position": RungError(value, value, value, value, "m")}})
 
 
 @pytest.fixture(scope="module")
@@ -119,9 +126,6 @@ def test_a_noisier_start_raises_the_floor(flights: Dataset) -> None:
 
 
 def test_no_floor_stands_above_what_was_reached() -> None:
-    def stage(value: float) -> Rung:
-        return Rung("", {0.8: {"position": RungError(value, value, value, value, "m")}})
-
     floor = [Floor(0.8, {"position": (0.14, "m")}), Floor(0.2, {"position": (0.01, "m")})]
     lowered = no_higher_than_reached(floor, [stage(0.5), stage(0.04), stage(0.05)])
     assert lowered == (Floor(0.8, {"position": (0.04, "m")}), floor[1])
@@ -143,3 +147,13 @@ def test_disturbances_are_small_or_said_to_be_as_large_as_they_are(noise: float,
     said = summary("NOTHING_MISSING", Parts(floor=(floor,)))
     assert said.startswith("Nothing is missing beyond noise")
     assert said.endswith(words)
+
+
+@pytest.mark.parametrize(("noise", "said"), [(0.03, False), (0.01, True)])
+def test_an_effect_is_announced_with_the_disturbances_that_stay_large(noise: float, said: bool) -> None:
+    """An integrator in three servos was three gains, and errors 29 times noise."""
+    floor = Floor(0.8, {"position": (0.06, "m")}, {"position": noise})
+    gate = Gate(stage(0.5), stage(0.06))
+    sentence = summary("EFFECT", Parts(findings=(Finding("wind", {}, 1.0),), gate=gate, floor=(floor,)))
+    told = "disturbances that nothing explains make the position error 6.0 times that of noise alone"
+    assert (told in sentence) == said

@@ -41,7 +41,7 @@ def summary(answer: Verdict, parts: Parts, interrupted: str = "") -> str:
         unclear = _beside([finding for finding in findings if finding.doubtful], gate)
         stays = doubt or _nameless(parts)
         missing = [*_missing(announced, parts.ladder), *_unlikely(unlikely)]
-        established = [*missing, *rest, *stays, *_small(small), *unclear]
+        established = [*missing, *rest, *stays, *_disturbed(parts), *_small(small), *unclear]
         clauses += established if gate.passed else [*_beside(findings, gate), *rest]
         clauses += [] if findings or left else [f"beside that {_nothing(parts)}"]
     elif answer == "UNEXPLAINED":
@@ -83,6 +83,13 @@ def _above_floor(parts: Parts) -> tuple[float, str]:
         return 0.0, ""
     errors, level = parts.ladder[-1].horizons[parts.ladder[-1].nearest(JUDGED_AT)], judged_at(parts.floor)
     return max((errors[name].value / max(level.errors[name][0], 1e-12), name) for name in judged(errors))
+
+
+def _disturbed(parts: Parts) -> list[str]:
+    """That disturbances which follow nothing measured are large: what has no name may be among them."""
+    error, times = disturbed_most(parts.floor) or ("", 0.0)
+    much = f"disturbances that nothing explains make the {error} error {times:.1f} times that of noise alone"
+    return [much] if times >= SETTINGS.far else []
 
 
 def _nothing(parts: Parts) -> str:

@@ -12,7 +12,8 @@ import pytest
 import tyro
 from forked import in_fork
 
-from sym2real.cli import VERBS, verbs
+from sym2real.cli import VERBS, main, verbs
+from sym2real.data import example_flight
 
 ROOT = Path(__file__).resolve().parent.parent
 README = (ROOT / "README.md").read_text()
@@ -35,6 +36,18 @@ def test_the_python_of_the_readme_runs(capsys: pytest.CaptureFixture[str]) -> No
     (hidden,) = re.findall(r"inject\(value=([\d.]+)\)", code)
     assert finding.effect == "offset:steer"
     assert finding.values["value"] == pytest.approx(float(hidden), rel=0.05)
+
+
+def test_the_commands_of_the_readme_say_what_it_shows(tmp_path: Path) -> None:
+    """But for the last digits, which are a machine's."""
+    commands, shown = re.findall(r"better model\n\n```\n(.*?)```\n\n```\n(.*?) …\n```", README, re.DOTALL)[0]
+    shutil.copy(example_flight(), tmp_path / "flight.csv")
+    for command in re.findall(r"^sym2real (.*?)(?:\s+#.*)?$", commands, re.MULTILINE):
+        if not command.startswith("compare"):
+            ran = in_fork(lambda given=command: main(shlex.split(given)), tmp_path)
+            assert ran.status == 0, ran.err
+    said, promised = (re.sub(r"[\d.]+|\s+", " ", text) for text in (ran.out, shown))
+    assert promised in said
 
 
 def test_the_python_of_a_new_robot_prints_what_its_comments_say(tmp_path: Path) -> None:

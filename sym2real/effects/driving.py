@@ -296,7 +296,8 @@ def _stretch(spec: Any, body: Body, values: Numbers) -> None:
 WHEELBASE = _of_wheels(
     name="wheelbase",
     stage="thrust",
-    parameters=of_any_body(Parameter("value", "1", null=1.0, low=0.5, high=2.0, scale=0.1, domain=POSITIVE)),
+    # Beyond what a ruler may be wrong by it is the steering's gain that is.
+    parameters=of_any_body(Parameter("value", "1", null=1.0, low=0.7, high=1.4, scale=0.1, domain=POSITIVE)),
     formula=r"L \to k\,L",
     summary="The axles are further apart, or closer, than nominal.",
     confused_with="a steering gain at low speed, always",

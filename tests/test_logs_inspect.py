@@ -401,16 +401,14 @@ def test_what_ticks_in_a_unit_of_time_holds_stamps_where_nothing_is_called_so(
 
 @pytest.mark.parametrize("written", ["dates", "ns"])
 def test_a_clock_that_counts_from_1970_needs_no_name(written: str, tmp_path: Path) -> None:
-    start, rows = datetime(2026, 3, 1, 10, tzinfo=UTC), 60
-    times = [start + timedelta(milliseconds=20 * row) for row in range(rows)]
-    cells = [
-        t.isoformat() if written == "dates" else str(10**9 * int(t.timestamp()) + 10**3 * t.microsecond) for t in times
-    ]
+    start = datetime(2026, 3, 1, 10, tzinfo=UTC)
+    times = [start + timedelta(milliseconds=20 * row) for row in range(60)]
+    dates = [time.isoformat() for time in times]
+    counts = [10**9 * int(time.timestamp()) + 10**3 * time.microsecond for time in times]
+    cells, unit = (dates, "s") if written == "dates" else (counts, "ns")
     lines = [f"{cell},{np.sin(0.1 * row):.6f},{1e10 + row**2}" for row, cell in enumerate(cells)]
     (tmp_path / "log.csv").write_text("\n".join(["Zeit,x,odd", *lines]))
-    assert inspect_logs(tmp_path / "log.csv").spec.time == TimeBase(
-        "Zeit", "s" if written == "dates" else "ns", dt=0.02
-    )
+    assert inspect_logs(tmp_path / "log.csv").spec.time == TimeBase("Zeit", unit, dt=0.02)
 
 
 @pytest.mark.parametrize("odd", [0, 2])

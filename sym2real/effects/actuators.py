@@ -34,7 +34,8 @@ BETWEEN_ROWS = (
 _of_command = partial(Kind, stage="filter", columns="action")
 # Longest likely lag in steps: of a car that is stepped by 20 ms a second, of a boat by 0.1 s five.
 LONGEST_LAG = 50
-# Parts of a command's deviation from which play is searched: from two and a half times too narrow it is found.
+# Parts of a command's deviation from which play is searched. Tuned: a stage's play was found from two and a half times
+# too narrow, and not from six times too wide.
 PLAY = (0.03, 0.1, 0.25, 0.5)
 # The truth integrates a control period in so many pieces.
 PIECES = 200

@@ -104,7 +104,7 @@ JOINT_DAMPING = _of_joint(
 
 # Shares of a description's own friction, and of the actuators' largest force, from which friction is searched: what is
 # held where the robot slides has no slope; of one that sticks most of the time a step from none finds a damping, and
-# one from half or one and a third of the truth leads there.
+# one from half or one and a third of the truth leads there (tuned, on a stage that sticks).
 LESS, MORE = (0.5, 0.1), (0.015, 0.04, 0.1)
 
 

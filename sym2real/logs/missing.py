@@ -85,9 +85,10 @@ def _close(missing: Iterable[str], others: Iterable[str]) -> list[str]:
     """One question a name that is much like a missing one, before others one with the same letters: q_cmd_w, qw_cmd."""
     lower, questions = {name.lower(): name for name in others}, []
     for name in missing:
-        near = difflib.get_close_matches(name.lower(), lower, n=MOST_NAMED, cutoff=CLOSE)
-        near.sort(key=lambda other: _letters(other) != _letters(name.lower()))
-        questions += [f"is {lower[other]!r} its {name}?" for other in near[:1]]
+        near = difflib.get_close_matches(name.lower(), lower, n=MOST_NAMED, cutoff=CLOSE)  # the closest first
+        if near:
+            nearest = min(near, key=lambda other: _letters(other) != _letters(name.lower()))
+            questions.append(f"is {lower[nearest]!r} its {name}?")
     return questions
 
 

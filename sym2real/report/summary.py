@@ -87,17 +87,23 @@ def _above_floor(parts: Parts) -> tuple[float, str]:
 
 def _disturbed(parts: Parts) -> list[str]:
     """That disturbances which follow nothing measured are large: what has no name may be among them."""
-    error, times = disturbed_most(parts.floor) or ("", 0.0)
-    much = f"disturbances that nothing explains make the {error} error {times:.1f} times that of noise alone"
-    return [much] if times >= SETTINGS.far else []
+    words = "disturbances that nothing explains make the {} error {:.1f} times that of noise alone"
+    return [words.format(*most)] if (most := _tripled(parts)) else []
+
+
+def _tripled(parts: Parts) -> tuple[str, float] | None:
+    """The error that disturbances raise most, and how many times, where they triple it."""
+    most = disturbed_most(parts.floor)
+    return most if most is not None and most[1] >= SETTINGS.far else None
 
 
 def _nothing(parts: Parts) -> str:
     """That nothing is missing, beside disturbances that are small, or as large as they are."""
-    error, times = disturbed_most(parts.floor) or ("", 0.0)
-    if times < SETTINGS.far:
+    if (most := _tripled(parts)) is None:
         return "nothing is missing beyond noise and small disturbances"
-    return f"nothing is missing beyond noise, and disturbances that make the {error} error {times:.1f} times as large"
+    return "nothing is missing beyond noise, and disturbances that make the {} error {:.1f} times as large".format(
+        *most
+    )
 
 
 def _missing(announced: Sequence[Finding], stages: Sequence[Rung]) -> list[str]:

@@ -14,7 +14,7 @@ from sym2real.symbolic.c_rollout import rollout_text
 from sym2real.symbolic.equations import Equations
 from sym2real.threads import available_threads
 
-WIDEST = 16  # samples of the widest vector there is
+WIDEST = 16  # samples of the widest vector there is: no vector belongs to two threads
 FEWEST = 256  # samples that are worth a thread
 
 
@@ -49,14 +49,12 @@ class NativeRollout:
         out = torch.empty((actions.shape[-2], len(self.layouts.state), batch.numel()), dtype=self.dtype)
         places = [tensor.data_ptr() for tensor in (*operands, out, strides)]
         sizes = operands[0].shape[1], batch.numel(), len(out), per_step
-        edges = edges_of(batch.numel())
-        if len(edges) == 2:
-            self._library.roll_out(*places, *sizes, *edges)
-        else:
-            with ThreadPoolExecutor(len(edges) - 1) as pool:
-                waiting = [pool.submit(self._library.roll_out, *places, *sizes, *part) for part in pairwise(edges)]
-            for part in waiting:
-                part.result()
+        first, *others = pairwise(edges_of(batch.numel()))
+        with ThreadPoolExecutor(max(1, len(others))) as pool:  # begins a thread for each of the others, if any
+            waiting = [pool.submit(self._library.roll_out, *places, *sizes, *part) for part in others]
+            self._library.roll_out(*places, *sizes, *first)
+        for part in waiting:
+            part.result()
         return torch.movedim(out.unflatten(-1, batch) if batch else out[..., 0], [0, 1], [-2, -1])
 
 

@@ -107,8 +107,9 @@ def scale_text(ratio: float, than: str) -> str:
 def _ratio(agreement: Agreement) -> float | None:
     """How many times as large as the derivative a column is; None where nobody can tell, or in another frame."""
     here, elsewhere = agreement.correlation, agreement.in_other_frame
-    sure = here is not None and abs(here) >= SETTINGS.nearly and not (elsewhere is not None and elsewhere > here)
-    return agreement.ratio or None if sure else None
+    if here is None or abs(here) < SETTINGS.nearly or (elsewhere is not None and elsewhere > here):
+        return None
+    return agreement.ratio or None
 
 
 class Steps:

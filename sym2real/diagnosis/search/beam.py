@@ -97,9 +97,8 @@ def search(prepared: Prepared, stages: Stages) -> SearchResult:
     or none; the other in doubt.
     """
     known = (prepared, *([uncalibrated(prepared)] if prepared.calibrated else ()))
-    selections = [Selection(way.problems, way.candidates, way.origin) for way in known]
-    ways = list(zip(known, selections, strict=True))
-    if len(ways) > 1 and stages.try_to("holding the base against its simulator", _contradicted, selections):
+    ways = [(way, Selection(way.problems, way.candidates, way.origin)) for way in known]
+    if len(ways) > 1 and stages.try_to("holding the base against its simulator", _contradicted, ways):
         ways.reverse()
     (prepared, selection), *others = ways
     if not stages.interrupted:
@@ -122,11 +121,11 @@ def _search(prepared: Prepared, selection: Selection, stages: Stages) -> None:
     stages.try_to(f"searching among {len(prepared.candidates)} effects", Beam.search, beam)
 
 
-def _contradicted(ways: Sequence[Selection]) -> bool:
+def _contradicted(ways: Sequence[tuple[Prepared, Selection]]) -> bool:
     """Whether the second of two ways surely costs so much less, without effects or with the one that helps most."""
-    looked = ([own.present, *own.larger(own.present)] for own in ways)
+    looked = ([own.present, *own.larger(own.present)] for _, own in ways)
     first, second = (min(sets, key=lambda effects: effects.price) for sets in looked)
-    return _cheaper(second, first) and ways[1].surely_cheaper(second, first)
+    return _cheaper(second, first) and ways[1][1].surely_cheaper(second, first)
 
 
 def _doubtful(searched: Selection, second: Selection, other: Prepared) -> bool:

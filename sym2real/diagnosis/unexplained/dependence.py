@@ -174,6 +174,7 @@ class Terms:
 
     def _hidden_in_a_step(self, judged: TermFit) -> bool:
         """Whether a command's dependence on what it was is less than nobody knows of when in a step it acts."""
+        # A constant has no column, and hides nothing.
         term, hidden = judged.term, WITHIN_A_STEP * float(self.features[judged.term.name].values.std(0)[:1].sum())
         return term.of_its_past and term.channel.size * float(self._varied(judged).std()) < hidden
 

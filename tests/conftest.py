@@ -4,10 +4,11 @@ import gc
 import os
 import sys
 import zlib
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import pytest
+import torch
 from cli_results import Refused
 
 from sym2real.cli import main
@@ -46,6 +47,14 @@ def shared_data() -> Path:
     if not folder.is_dir():
         pytest.skip(f"the measured sets are not here ({folder}); set SYM2REAL_DATA to their folder")
     return folder
+
+
+@pytest.fixture
+def set_threads() -> Iterator[Callable[[int], None]]:
+    """Sets torch's threads for one test: another that forks would wait for those that its child does not have."""
+    before = torch.get_num_threads()
+    yield torch.set_num_threads
+    torch.set_num_threads(before)
 
 
 @pytest.fixture

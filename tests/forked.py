@@ -11,6 +11,8 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
+import torch
+
 from sym2real.cli import TRACEBACK, main
 
 SECONDS = 300  # after which a run counts as hung, on a machine that others use; most take one
@@ -90,6 +92,7 @@ def _child(work: Callable[[], None], folder: Path, streams: tuple[Path, Path], s
         signal.signal(signal.SIGALRM, signal.SIG_DFL)
         signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell in the background has it ignored
         signal.alarm(seconds)
+        torch.set_num_threads(1)  # as in PyTorch's data loaders: threads that torch has begun are not in a fork
         work()
         status = 0
     except SystemExit as stopped:

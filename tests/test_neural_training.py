@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -220,14 +221,15 @@ def test_what_goes_by_commands_that_jump_is_learned(learner: ResidualTraining | 
     assert least < float(share) < 1.05
 
 
-def test_a_frozen_base_stays_and_the_same_seed_gives_the_same_bits(windy: Transitions, base: Equations) -> None:
+def test_a_frozen_base_stays_and_the_same_seed_gives_the_same_bits(
+    windy: Transitions, base: Equations, set_threads: Callable[[int], None]
+) -> None:
     before, state, action = base.to_json(), torch.tensor(windy.state), torch.tensor(windy.action)
     predicted = compile_model(base, dtype=torch.float64)(state, action)
-    threads, found = torch.get_num_threads(), []
+    found = []
     for number in (1, 3):
-        torch.set_num_threads(number)
+        set_threads(number)
         found.append(ResidualTraining(widths=(16,), descent=Descent(steps=30)).fit(windy, base).residual)
-    torch.set_num_threads(threads)
     assert base.to_json() == before
     torch.testing.assert_close(compile_model(base, dtype=torch.float64)(state, action), predicted, rtol=0, atol=0)
     for name, tensor in found[0].state_dict().items():

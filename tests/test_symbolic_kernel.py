@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -139,14 +140,14 @@ def test_strided_operands_are_read() -> None:
 
 @needs_compiler
 @pytest.mark.parametrize("threads", [2, 3])
-def test_threads_share_samples_and_change_no_bit(threads: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_threads_share_samples_and_change_no_bit(threads: int, set_threads: Callable[[int], None]) -> None:
     equations = lift_constants(MUSHR.nominal())
     kernel = NativeRollout(equations, torch.float64)
     state, actions, _ = operands(equations, torch.float64)
     values = kernel.values * torch.linspace(0.9, 1.1, 331).double()[:, None, None, None]
-    monkeypatch.setattr("sym2real.threads.torch.get_num_threads", lambda: 1)
+    set_threads(1)
     alone = kernel(state, actions, None, values)
-    monkeypatch.setattr("sym2real.threads.torch.get_num_threads", lambda: threads)
+    set_threads(threads)
     with one_thread():
         together = kernel(state, actions, None, values)
     assert torch.equal(alone, together) and len(edges_of(alone[..., 0, 0].numel())) == threads + 1

@@ -23,7 +23,8 @@ def hypothesis_summary(test: HypothesisTest) -> str:
             why = f"but {few}, or its fit ends where no value is likely"
             return f"The logs do not establish {sentence}, {why}{_refused(test)}{_better(test)}."
         return f"The logs do not ask for {sentence}; up to {_percent(most)} is needed{_refused(test)}{_better(test)}."
-    return f"The logs ask for {sentence}{_better(test) or _others(test)}."
+    both = "; only a fit of both says how much of each there is" if any(other.better for other in test.rivals) else ""
+    return f"The logs ask for {sentence}{_better(test) or _others(test)}{both}."
 
 
 def _refused(test: HypothesisTest) -> str:

@@ -225,6 +225,12 @@ BAD: dict[str, tuple[str | bytes, int | None, str | None, str]] = {
         "split the file",
     ),
     "time stands": (GOOD.replace("0.2,1", "0.1,4"), 4, "t", "the same stamp again.*keep one of each"),
+    "stamps of too few digits": (
+        f"{HEADER}\n" + "".join(f"1.70000000{t // 4}e+09,{t},2,3\n" for t in range(9)),
+        3,
+        "t",
+        "most rows repeat a stamp.*write the stamps with more",
+    ),
     "time not a number": (GOOD.replace("0.1,", "later,"), 3, "t", "'later'"),
     "no time": (
         GOOD.replace("t,", "s,"),

@@ -151,8 +151,10 @@ def stamps(table: Table, spec: LogSpec) -> Array:
         steps = np.abs(np.diff(raw))
         anew = before > after and before - after > ANEW * float(np.median(steps[steps > 0]))
         clock = "split the file there if its clock begins anew, or sort the rows if they are of several topics"
-        mend = clock if anew else "sort the rows by it"
-        actual = f"{kind} ({before!r} then {after!r}): {mend}, and keep one of each stamp"
+        mend = f"{clock if anew else 'sort the rows by it'}, and keep one of each stamp"
+        if 2 * np.count_nonzero(steps) < len(steps):
+            mend = "most rows repeat a stamp, as numbers with too few digits do: write the stamps with more"
+        actual = f"{kind} ({before!r} then {after!r}): {mend}"
         raise table.error("stamps that increase strictly", actual, int(bad[0]) + 1, spec.time.column)
     return raw * UNITS[spec.time.unit][1]
 

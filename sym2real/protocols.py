@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Protocol, TypeVar
+from typing import Any, Protocol, TypeVar, runtime_checkable
 
 from numpy.typing import ArrayLike
 from torch import Tensor
@@ -87,6 +87,17 @@ class Memoryless:
         """What was sent does not alter the next action."""
 
 
+@runtime_checkable
+class MovingFilter(Protocol):
+    """A filter of commands behind which actuators move within a control period."""
+
+    def __call__(self, action: Array) -> Array:
+        """Where they are after the period."""
+
+    def move(self, model: Any, data: Any) -> None:
+        """Called with ``(MjModel, MjData)`` before every physics step of the period: sets their controls."""
+
+
 @dataclass(frozen=True)
 class Change:
     """One physical difference between a target plant and the plain one, by the simulator's own means.
@@ -98,7 +109,7 @@ class Change:
             which the plant has set to zero, to ``data.qfrc_applied``, or sets what only the present state decides (a
             control, a wheel's angle).
         command: makes, at every reset, a filter of the actions (called once a control period with the action
-            ``# (action,)`` that was sent; returns what reaches the actuators).
+            ``# (action,)`` that was sent; returns what reaches the actuators), perhaps a :class:`MovingFilter`.
         measure: makes, at every reset, a filter of the measured states ``# (state,)``.
     """
 

@@ -90,7 +90,7 @@ CASES: list[Case] = [
     (C, "lag:speed", {"value": 0.3}, 0.99, 0.05),
     (C, "delay", {"value": 0.05}, 0.99, 0.06),
     (C, "delay", {"value": 0.2}, 0.99, 0.06),
-    (C, "rate_limit:steer", {"value": 0.5}, 0.99, 0.15),
+    (C, "rate_limit:steer", {"value": 0.5, "mean_share": 0.8}, 0.99, 0.15),
     (C, "dead_zone:speed", {"value": 1.0}, 0.99, 0.15),
     (C, "dead_zone:steer", {"value": 0.1}, 0.99, 0.15),
     (C, "speed_curve", {"value": 0.1}, 0.99, 0.05),

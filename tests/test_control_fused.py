@@ -38,6 +38,7 @@ MODELS = {
     "filters": (MUSHR, late),
     "filters in flight": (CRAZYFLIE, lambda: late(CRAZYFLIE)),
     "hidden state": (CRAZYFLIE, motor_lagged),
+    "a rate limit before a loop": (CRAZYFLIE, lambda: add(CRAZYFLIE.nominal(), "rate_limit:wx_cmd", {"value": 20.0})),
     "delay in flight": (CRAZYFLIE, lambda: add(CRAZYFLIE.nominal(), "delay", {"value": 0.04})),
     **{
         f"{key} {values}": (MUSHR, lambda key=key, values=values: add(MUSHR.nominal(), key, values))
@@ -49,6 +50,7 @@ MODELS = {
             ("limit:speed", {"upper": 1}),
             ("limit:steer", {"magnitude": 0.2}),
             ("rate_limit:speed", {"value": 2}),
+            ("rate_limit:steer", {"value": 1}),
             ("dead_band:steer", {"value": 0.1}),
             ("lag", {"value": 1}),
         )

@@ -80,14 +80,16 @@ def end_of_periods(gain: float, moving: np.ndarray) -> np.ndarray:
     return np.array(rates)
 
 
-@pytest.mark.parametrize(("key", "value"), [("delay", 0.25), ("delay", 1.6), ("lag", 0.3), ("lag", 2.0)])
+@pytest.mark.parametrize(
+    ("key", "value"), [("delay", 0.25), ("delay", 1.6), ("lag", 0.3), ("lag", 2.0), ("rate_limit", 60.0)]
+)
 @pytest.mark.parametrize("axis", ["x", "z"])
 def test_behind_a_rate_loop_a_period_ends_where_the_moving_command_leads(
     key: str, value: float, axis: str, commands: Tensor
 ) -> None:
     """The command moves within the period, and the loop is integrated in small steps; the filter gives one number."""
     found, gain = effect(f"{key}:w{axis}_cmd", CRAZYFLIE), CRAZYFLIE.numbers[f"k{axis}"]
-    column, time = CRAZYFLIE.layouts.action.index(f"w{axis}_cmd"), value * DT
+    column, time = CRAZYFLIE.layouts.action.index(f"w{axis}_cmd"), value * (1.0 if key == "rate_limit" else DT)
     sent = commands[:, column].numpy()
     at = (np.arange(len(sent) * FINE) + 0.5) / FINE
     if key == "delay":
@@ -95,6 +97,9 @@ def test_behind_a_rate_loop_a_period_ends_where_the_moving_command_leads(
     else:
         acting, now = np.empty(len(at)), sent[0]
         for place, row in enumerate(np.floor(at).astype(int)):
+            if key == "rate_limit":
+                now = acting[place] = now + np.clip(sent[row] - now, -value * DT / FINE, value * DT / FINE)
+                continue
             now = acting[place] = sent[row] + (now - sent[row]) * math.exp(-DT / FINE / time)
     filtered = found.filter(commands, DT, {"value": time})[:, column].numpy()
     ends = [
@@ -126,8 +131,11 @@ def test_a_lag_is_the_mean_of_a_first_order_response() -> None:
 def test_a_rate_limit_ramps_then_holds() -> None:
     step = torch.zeros(6, 2, dtype=torch.float64)
     step[1:, 0] = 0.075
-    slow = effect("rate_limit:steer", MUSHR).filter(step, 0.05, {"value": 1.0})
-    np.testing.assert_allclose(slow[:, 0], [0, 0.025, 0.06875, 0.075, 0.075, 0.075], atol=1e-12)
+    steer, speed = (effect(f"rate_limit:{column}", MUSHR).filter for column in ("steer", "speed"))
+    # Of the steering that a gyro shows it is the end of a period, else the mean over it.
+    np.testing.assert_allclose(steer(step, 0.05, {"value": 1.0})[:, 0], [0, 0.05, 0.075, 0.075, 0.075, 0.075])
+    rows = speed(step.flip(1), 0.05, {"value": 1.0})[:, 1]
+    np.testing.assert_allclose(rows, [0, 0.025, 0.06875, 0.075, 0.075, 0.075], atol=1e-12)
 
 
 def test_a_dead_band_is_play_in_a_linkage_and_a_dead_zone_rest_around_zero() -> None:

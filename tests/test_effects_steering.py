@@ -25,8 +25,8 @@ NOISE = np.array([0.002, 0.002, 0.005, 0.005, 0.02, 0.02, 0.02])
 BASE = car(wheelbase=WHEELBASE, dt=MUSHR.dt, robot=MUSHR.name)
 
 
-def wheels(commands: Array, *, late: float, lag: float, frequency: float) -> Array:
-    """Angles of the wheels ``# (ROWS * FINE,)``: a delay, then a lag or an oscillator that is damped by 0.7."""
+def wheels(commands: Array, *, late: float, lag: float, frequency: float, rate: float) -> Array:
+    """Angles of the wheels ``# (ROWS * FINE,)``: a delay, then a lag, an oscillator damped by 0.7 or a rate limit."""
     step = MUSHR.dt / FINE
     sent = np.repeat(commands, FINE)
     shift = round(late / step)
@@ -37,6 +37,8 @@ def wheels(commands: Array, *, late: float, lag: float, frequency: float) -> Arr
         if frequency:
             turning += step * (frequency**2 * (wanted - angle) - 1.4 * frequency * turning)
             angle += step * turning
+        elif rate:
+            angle += np.clip(wanted - angle, -rate * step, rate * step)
         else:
             angle = wanted + (angle - wanted) * np.exp(-step / lag) if lag else wanted
     return angles
@@ -45,7 +47,8 @@ def wheels(commands: Array, *, late: float, lag: float, frequency: float) -> Arr
 def drive(seed: int, noise: float, **servo: float) -> Trajectory:
     rng, step = np.random.default_rng(seed), MUSHR.dt / FINE
     commands = 0.25 * np.sin(np.cumsum(rng.uniform(0.02, 0.3, ROWS))) + 0.05 * rng.standard_normal(ROWS)
-    rates = SPEED * np.tan(wheels(commands, **{"late": 0.0, "lag": 0.0, "frequency": 0.0, **servo})) / WHEELBASE
+    ideal = {"late": 0.0, "lag": 0.0, "frequency": 0.0, "rate": 0.0}
+    rates = SPEED * np.tan(wheels(commands, **ideal | servo)) / WHEELBASE
     yaw = np.concatenate([[0.0], np.cumsum(rates * step)[:-1]])
     way = np.stack([np.cos(yaw), np.sin(yaw)], axis=1)
     place = np.concatenate([np.zeros((1, 2)), np.cumsum(SPEED * way * step, axis=0)[:-1]])
@@ -71,13 +74,14 @@ def drives(**servo: float) -> Dataset:
         ("lag:steer", {"lag": 0.1}, 0.1),
         ("delay:steer", {"late": 0.03}, 0.03),
         ("delay", {"late": 0.12}, 0.12),
+        ("rate_limit:steer", {"rate": 0.9}, 0.9),
         ("lag:steer", {"frequency": 45.0}, 1.4 / 45.0),  # an oscillator is late by twice its damping over its frequency
     ],
 )
 def test_its_time_is_known_within_a_period(key: str, servo: dict[str, float], value: float) -> None:
     found = try_effect(BASE, key, drives(**servo)).finding
     time = found.parameters["value"]
-    assert time.value == pytest.approx(value, abs=0.05 * MUSHR.dt)
+    assert time.value == pytest.approx(value, abs=0.05 * MUSHR.dt, rel=0.01)
     assert time.low <= value <= time.high
     assert found.parameters["mean_share"].value < 0.1
 
@@ -87,6 +91,7 @@ def test_its_time_is_known_within_a_period(key: str, servo: dict[str, float], va
     [
         ({"lag": 0.03}, [("lag:steer", 0.03)]),
         ({"late": 0.07}, [("delay:steer", 0.07)]),
+        ({"rate": 0.9}, [("rate_limit:steer", 0.9)]),
         ({"late": 0.1, "lag": 0.03}, [("delay", 0.1), ("lag:steer", 0.03)]),
     ],
 )

@@ -14,11 +14,12 @@ import torch
 from torch import Tensor
 
 from sym2real.effects.actuators import DEAD_BAND, DEAD_ZONE, DELAY, LAG, RATE_LIMIT
+from sym2real.effects.body import AT_ONCE
 from sym2real.effects.bound import Effect
 from sym2real.effects.commands import LIMIT
 from sym2real.effects.filters import FilterState
 from sym2real.effects.memory import NARROWEST, SOFT, WHOLE
-from sym2real.effects.period_shares import lag_share, older_share
+from sym2real.effects.period_shares import SMALL, lag_share, older_share
 from sym2real.errors import ModelError
 from sym2real.trajectory import Array
 
@@ -115,7 +116,7 @@ def _stage(effect: Effect, values: Mapping[str, Tensor | float], dt: float) -> S
     elif name == LIMIT.name:
         rule = _limit(max(given["lower"], -given["magnitude"]), min(given["upper"], given["magnitude"]))
     elif name == RATE_LIMIT.name:
-        rule = _rate(given["value"], dt)
+        return Stage(columns, rules=tuple(_rate(given["value"], gain, dt) for gain in gains))
     else:
         raise ModelError(f"{name} has no fused form")
     return Stage(columns, rules=(rule,) * len(columns))
@@ -156,13 +157,22 @@ def _lag(value: float, gain: float, dt: float) -> Rule:
     ]
 
 
-def _rate(value: float, dt: float) -> Rule:
-    most = f"splat(R({value * dt!r}))"
+def _rate(value: float, gain: float, dt: float) -> Rule:
+    most, x = f"splat(R({value * dt!r}))", gain * dt
+    if gain >= AT_ONCE:
+        share = "splat(R(0.0))"
+    elif x < SMALL:
+        share = "part * R(0.5)"
+    else:  # as period_shares.ramp_share; a part next to none moves nothing, whatever its share
+        left = f"exponential((part - splat(R(1.0))) * R({x!r}))"
+        begun = f"{left} * (splat(R(1.0)) - exponential(-some * R({x!r}))) / (some * R({x!r}))"
+        share = f"({begun} - splat(R({math.exp(-x)!r}))) * R({-1.0 / math.expm1(-x)!r})"
     return lambda memory, row, out: [
         f"const v away = {row} - {memory};",
         f"const v after = {memory} + maximum(minimum(away, {most}), -{most});",
-        f"const v ramp = minimum(absolute(away) * R({1.0 / value!r}), splat(R({dt!r})));",
-        f"{out} = after - (after - {memory}) * ramp * R({0.5 / dt!r});",
+        f"const v part = minimum(absolute(away) * R({1.0 / (value * dt)!r}), splat(R(1.0)));",
+        "const v some = maximum(part, splat(R(1e-6)));",
+        f"{out} = after - (after - {memory}) * ({share});",
         f"{memory} = after;",
     ]
 

@@ -37,29 +37,21 @@ LONGEST_LAG = 50
 # Parts of a command's deviation from which play is searched. Tuned: a stage's play was found from two and a half times
 # too narrow, and not from six times too wide.
 PLAY = (0.03, 0.1, 0.25, 0.5)
-# The truth integrates a control period in so many pieces.
-PIECES = 200
 
 
 def _rate_limit_parameters(body: Body) -> tuple[Parameter, ...]:
     unit = f"{body.unit}/s".replace("/s/s", "/s²")
     low, high, scale = (factor * body.scale for factor in (0.1, 1000, 10))
-    return (Parameter("value", unit, null=UNLIMITED, low=low, high=high, scale=scale, domain=NOT_NEGATIVE),)
+    value = Parameter("value", unit, null=UNLIMITED, low=low, high=high, scale=scale, domain=NOT_NEGATIVE)
+    return value, *steering.seen(body)
 
 
 def _rate_limit_inject(body: Body, values: Numbers) -> Change:
-    step = values["value"] * body.dt / PIECES
+    return Change("", command=lambda: truth.Ramp(body, values["value"]))
 
-    def follow(position: float, command: float) -> tuple[float, float]:
-        """Position after a period of following a command, and its mean over the period, in the command's unit."""
-        passed = []
-        for _ in range(PIECES):
-            before = position
-            position += float(np.clip(command - position, -step, step))
-            passed.append(0.5 * (before + position))
-        return position, float(np.mean(passed))
 
-    return truth.following(body, follow)
+def _rate_limit_parts(values: Values, body: Body) -> tuple[tuple[Kind, Values], ...]:
+    return steering.parts(RATE_LIMIT, steering.of_ramp, values, body)
 
 
 RATE_LIMIT = _of_command(
@@ -71,7 +63,9 @@ RATE_LIMIT = _of_command(
     shown_by="small and large steps of the command",
     fix="raise the limit in the firmware (servo speed, acceleration limit), or limit the commands' rate",
     inject=_rate_limit_inject,
-    memory=lambda body: rate_limited(),
+    memory=lambda body: rate_limited(body.loop_gains),
+    parts=_rate_limit_parts,
+    shared=(steering.BEFORE,),
     searching=Searching(
         why_not=alone_on("rate command", "thrust", "motors"),
         starts=lambda body, values: tuple(float(np.std(values)) / body.dt * 0.2 * part for part in (1.0, 3.0)),

@@ -30,7 +30,7 @@ SCALES = {"rad/s": 0.5, "rad": 0.05, "m/s": 0.1, "m/s^2": 0.3, "m": 0.05, "1": 0
 
 # The same of an actuator whose range is known: a part of it.
 SPAN_PART = 0.03
-AT_ONCE = 1e9  # 1/s
+AT_ONCE = 1e9  # 1/s, of a loop without lag
 # Unit of a joint that the state does not hold, by that of the force along it.
 UNIT_BY_FORCE = {"N": "m", "N m": "rad"}
 

@@ -14,7 +14,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from sym2real.effects.period_shares import kept, older_share
+from sym2real.effects.period_shares import kept, older_share, ramp_share
 from sym2real.errors import ModelError
 from sym2real.trajectory import Array
 
@@ -160,8 +160,8 @@ def _passed(rule: Callable[..., None], memory: Tensor, *rows: Tensor) -> Tensor:
     return torch.from_numpy(history).to(memory.device).movedim(0, -2)
 
 
-def rate_limited() -> Memory:
-    """A ramp towards a held command, then the command: its mean over the period."""
+def rate_limited(gains: Sequence[float] = ()) -> Memory:
+    """A ramp towards a held command, then the command: its mean over the period, as :func:`ramp_share` says."""
 
     def run(memory: Tensor, rows: Tensor, dt: float, values: Given) -> tuple[Tensor, Tensor]:
         most = (values["value"] * dt).cpu().numpy()
@@ -171,8 +171,8 @@ def rate_limited() -> Memory:
 
         passed = _passed(follow, memory, rows)
         before, after = passed[..., :-1, :], passed[..., 1:, :]
-        ramp = torch.clamp((rows - before).abs() / values["value"][..., None, :], max=dt)
-        return after[..., -1, :], after - (after - before) * ramp / (2 * dt)
+        part = torch.clamp((rows - before).abs() / values["value"][..., None, :] / dt, max=1.0)
+        return after[..., -1, :], after - (after - before) * ramp_share(part, _like(gains, rows), dt)
 
     return Memory(first_row, run)
 

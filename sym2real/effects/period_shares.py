@@ -39,6 +39,21 @@ def lag_share(time: Tensor, gain: Tensor, dt: float) -> Tensor:
     return torch.where(close, left * (1.0 - 0.5 * apart), faded) / _mean_kept(x)
 
 
+def ramp_share(part: Tensor, gain: Tensor, dt: float) -> Tensor:
+    """Weight, of a command that moves evenly for the first ``part`` of a period, of what it is at its beginning.
+
+    Args:
+        part: of the period.
+        gain: of the loop behind, 1/s; 0 of an integrator.
+        dt: period in s.
+    """
+    x = gain * dt
+    begun = torch.exp(-x * (1.0 - part)) * _mean_kept(x * part) - torch.exp(-x)
+    small = x.abs() < SMALL
+    whole = -torch.expm1(-torch.where(small, torch.ones_like(x), x))
+    return torch.where(small, 0.5 * part * (1.0 - 0.5 * x + x * part / 3.0), begun / whole)
+
+
 def kept(time: Tensor, dt: float, gain: Tensor) -> tuple[Tensor, Tensor]:
     """Of a first-order filter's distance: what is left after dt, and its mean over dt, as :func:`lag_share` says."""
     return torch.exp(-dt / time), lag_share(time, gain, dt)

@@ -1,14 +1,14 @@
 """What a late steering does to a heading and to a gyro, in the same control period.
 
 The yaw rate at the end of a period is that of the wheels' angle then; the heading has turned by the mean of that angle
-over the period. So of a car with a gyro a delay or a lag of the steering makes of a row of commands the angle e at its
-end, as behind a loop of endless gain, and the heading, the place and the velocity go by::
+over the period. So of a car with a gyro a delay, a lag or a rate limit of the steering makes of a row of commands the
+angle e at its end, as behind a loop of endless gain, and the heading, the place and the velocity go by::
 
     mean = e + w (e_before - e)
 
 With e_before at the end of the period before, a hidden state. Of a delay w is the part of a period that it is beyond
 whole ones. Of a lag, τ ẋ = u - x, it is (m - l)/(1 - l), l = e^(-dt/τ) what is left of the distance from the command
-after a period, m = τ (1 - l)/dt what is left of it in the mean.
+after a period, m = τ (1 - l)/dt what is left of it in the mean. Of a rate limit r it is abs(e - e_before)/(2 r dt).
 
 A servo that the effect does not describe, behind it on the robot, leaves the gyro nearer to the mean: it then shows
 e + s w (e_before - e), with s, ``mean_share``, between 0 and 1. Nobody knows s; a fit finds it beside the time.
@@ -18,7 +18,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
-from sympy import Expr, Integer, Max, exp, floor
+from sympy import Abs, Expr, Integer, Max, exp, floor
 
 from sym2real.effects.body import Body
 from sym2real.effects.kind import Domain, Kind, Parameter, Values
@@ -43,6 +43,11 @@ def of_lag(time: Expr, dt: float) -> Expr:
     """w of a lag with a time constant in s."""
     left = exp(-dt / time)
     return time / dt - left / (1 - left)
+
+
+def of_ramp(rate: Expr, dt: float) -> Expr:
+    """w of a limit in rad/s: the angle moves by as much of a period as it takes, and is halfway there in the mean."""
+    return Abs(symbol(STEER_COLUMN) - symbol(BEFORE)) / (2 * rate * dt)
 
 
 def _shown(body: Body) -> bool:

@@ -21,6 +21,7 @@ from sym2real.vocabulary import MOTOR_COLUMNS
 FREE = 0  # mujoco.mjtJoint.mjJNT_FREE
 FILTER, FILTER_EXACT = 2, 3  # mujoco.mjtDyn: for integrators of higher order, and for those of first order
 RUNGE_KUTTA = 1  # mujoco.mjtIntegrator.mjINT_RK4
+SHORTEST = 1e-12  # s, of a ramp that is none
 UNTURNED = np.array([1.0, 0.0, 0.0, 0.0])
 
 
@@ -200,8 +201,12 @@ ACTUATORS = {
 
 def actuators(spec: Any, body: Body) -> list[Any]:
     """Actuators of an ``MjSpec`` that the bound action column drives, or all of them."""
-    names = [name for column in body.bound for name in (*ACTUATORS.get(column, ()), column)]
-    return [actuator for actuator in spec.actuators if actuator.name in names]
+    return [actuator for actuator in spec.actuators if actuator.name in _driven(body)]
+
+
+def _driven(body: Body) -> list[str]:
+    """What actuators may be called that the bound action column drives, or all do."""
+    return [name for column in body.bound for name in (*ACTUATORS.get(column, ()), column)]
 
 
 def delay(spec: Any, actuators: Iterable[Any], seconds: float) -> None:
@@ -253,3 +258,39 @@ def following(body: Body, follow: Callable[[float, float], tuple[float, float]])
         return apply
 
     return Change("", command=begin)
+
+
+class Ramp:
+    """A filter of commands that leads an actuator, within a control period, to where it is after that.
+
+    Args:
+        body: with the command's column.
+        rate: by which it moves at most, in the command's unit per s.
+    """
+
+    def __init__(self, body: Body, rate: float) -> None:
+        self._column, self._names = body.layouts.action.index(body.column), _driven(body)
+        self._rate, self._dt = rate, body.dt
+        self._position: float | None = None  # it stands where the first command puts it
+        self._duration, self._begin = 0.0, np.nan
+        self._controls: tuple[Array, Array] | None = None  # before the period and after it
+
+    def __call__(self, action: Array) -> Array:
+        """The action with where the actuator is after the period."""
+        result, command = action.copy(), float(action[self._column])
+        before = command if self._position is None else self._position
+        after = before + float(np.clip(command - before, -self._rate * self._dt, self._rate * self._dt))
+        self._position, self._duration, self._begin = after, abs(after - before) / self._rate, np.nan
+        result[self._column] = after
+        return result
+
+    def move(self, model: Any, data: Any) -> None:
+        """Control of a physics step: at its middle the actuator has come that far."""
+        places = [place for place in range(model.nu) if model.actuator(place).name in self._names]
+        if np.isnan(self._begin):
+            after = np.array(data.ctrl[places])
+            self._begin, self._controls = data.time, (after if self._controls is None else self._controls[1], after)
+        assert self._controls is not None
+        before, after = self._controls
+        done = (data.time - self._begin + 0.5 * model.opt.timestep) / max(self._duration, SHORTEST)
+        data.ctrl[places] = before + min(1.0, done) * (after - before)

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from sym2real.errors import ModelError, ShapeError
 from sym2real.layout import Layouts
-from sym2real.protocols import Change, Filter
+from sym2real.protocols import Change, Filter, MovingFilter
 from sym2real.robots import Robot
 from sym2real.trajectory import Array
 from sym2real.vocabulary import WRENCH, push_column
@@ -173,6 +173,7 @@ class MujocoPlant:
         self.robot.write_state(self.mj_data, start)
         mujoco.mj_forward(self.mj_model, self.mj_data)
         self._command_filters = [change.command() for change in self.changes if change.command is not None]
+        self._moving = [apply for apply in self._command_filters if isinstance(apply, MovingFilter)]
         self._measure_filters = [change.measure() for change in self.changes if change.measure is not None]
         self.ended_by, self._fresh = "", True  # what the robot crashed by, in words
         self._sent = np.full(self.layouts.action.size, np.nan)
@@ -197,6 +198,8 @@ class MujocoPlant:
         if self._fresh:
             self._settle(control)
         for _ in range(self.robot.substeps):
+            for moving in self._moving:
+                moving.move(self.mj_model, self.mj_data)
             self._apply_forces()
             mujoco.mj_step(self.mj_model, self.mj_data)
             self.ended_by = self.ended_by or self._crash()

@@ -55,7 +55,7 @@ def test_what_is_found_may_be_too_small_to_matter() -> None:
     assert found.matters is not None
     assert found.matters > 2 * found.smallest
     falls = []
-    for size in (2 * found.smallest, 4 * found.matters):
+    for size in (1.25 * found.smallest, 4 * found.matters):
         gate = diagnosed("offset:drive", size, 2).gate
         assert gate.best is not None
         falls.append(gate.best.part)

@@ -38,8 +38,9 @@ def test_an_effect_of_less_than_a_hundredth_of_the_loss_is_named_where_it_is_alo
     assert 0.005 < tried.gain < 0.01
     assert tried.supported
     (finding,) = diagnose(MUSHR.nominal(), logs, plant=plant).findings
-    assert finding.effect == "gain:steer"
-    assert finding.parameters["value"].low < 0.981 < finding.parameters["value"].high
+    assert {"gain:steer", "wheelbase"} <= {*finding.group}  # of a fiftieth nobody knows which
+    shorter = 0.981 if finding.effect == "gain:steer" else 1 / 0.981
+    assert finding.parameters["value"].low < shorter < finding.parameters["value"].high
 
 
 @pytest.mark.slow

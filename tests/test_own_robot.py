@@ -107,7 +107,7 @@ def test_goals_of_joints_are_planned_before_anything_moves(
     assert far["load:hand"] < 0.5 * near["load:hand"]
     assert planned()["seconds"] == pytest.approx(16.0)
     assert "load:hand" in capsys.readouterr().out  # no picture of one
-    for wrong, said in (("regulate q1=2.8", "a nearer one"), ("circle", "'circle'"), ("regulate q9=1", "q9")):
+    for wrong, said in (("regulate q1=2.8", "its range"), ("circle", "'circle'"), ("regulate q9=1", "q9")):
         assert said in refused(f"plan {folder}/arm {wrong}")
 
 

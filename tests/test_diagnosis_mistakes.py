@@ -202,6 +202,15 @@ def test_a_steering_in_another_unit_mirrors_no_world(factor: float) -> None:
     assert fault.evidence.startswith("steer in")
 
 
+def test_heights_above_the_origin_count_up() -> None:
+    """The ground lifts what comes near it, so that less thrust goes with more lift."""
+    down = of_all(exchanged((P, V), *DOWN), healthy("crazyflie"))
+    raised = Dataset(log.with_columns({"z": log.column("z") + 5.0}) for log in down)
+    (breach,) = mistakes(CRAZYFLIE.nominal(), down)
+    assert "z down" in breach.transformation.name
+    assert not any("z" in getattr(other.transformation, "name", "") for other in mistakes(CRAZYFLIE.nominal(), raised))
+
+
 def test_one_reversed_rate_turns_no_heading_about() -> None:
     (fault,) = check(ROBOTS["mushr"].nominal(), times(healthy("mushr"), {"wz": -1.0})).faults
     assert fault.effect == "sensor_sign:wz"

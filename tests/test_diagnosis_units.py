@@ -31,9 +31,10 @@ from sym2real.logs.agreement import thrust_agreement
 from sym2real.logs.differences import rates_on_time
 from sym2real.logs.pose import attitude, with_angles
 from sym2real.logs.sources import AsRead
-from sym2real.robots import CRAZYFLIE, MUSHR, Robot, car
+from sym2real.robots import CRAZYFLIE, MUSHR, Robot, car, quadrotor
 from sym2real.symbolic import Equations
-from sym2real.vocabulary import ATTITUDE
+from sym2real.trajectory import Trajectory
+from sym2real.vocabulary import ATTITUDE, RATE
 
 DEGREES = 180.0 / np.pi
 Factors = dict[str, float]
@@ -161,6 +162,25 @@ def test_the_scalar_last_is_named_beside_units_and_signs(factors: Factors, said:
     checked = check(CRAZYFLIE.nominal(), in_order("xyzw", times(data, factors)))
     assert [fault.name for fault in checked.faults] == ["quaternions with the scalar last (x y z w)", *said]
     np.testing.assert_allclose(checked.data[0].state, rates_on_time(data)[0].state, rtol=1e-9, atol=1e-12)
+
+
+def test_the_scalar_last_is_named_where_the_attitude_is_an_input() -> None:
+    """The model predicts neither the attitude nor the rates, which stand beside it."""
+    model = quadrotor(CRAZYFLIE.mass, attitude="measured", dt=CRAZYFLIE.dt)
+
+    def given(log: Trajectory) -> Trajectory:
+        known = {name: log.column(name) for names in log.layouts.groups.values() for name in names}
+        parts = (
+            np.stack([known.get(name, np.zeros(len(log))) for name in names], axis=1)
+            for names in model.layouts.groups.values()
+        )
+        return Trajectory(log.time, *parts, model.layouts, {name: known[name] for name in RATE.columns})
+
+    right, last = (Dataset(map(given, data)) for data in (one_flight(), in_order("xyzw", one_flight())))
+    assert check(model, right).faults == ()
+    checked = check(model, last)
+    assert [fault.name for fault in checked.faults] == ["quaternions with the scalar last (x y z w)"]
+    np.testing.assert_allclose(checked.data[0].inputs, right[0].inputs, atol=1e-12)
 
 
 def test_the_scalar_first_in_columns_of_x_y_z_w_is_named_and_the_fix_reads_it() -> None:

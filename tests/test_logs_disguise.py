@@ -45,6 +45,11 @@ def xyzw(log: pd.DataFrame) -> pd.DataFrame:
     return renamed(log, QUATERNION, [f"quat[{i}]" for i in range(4)], np.roll(log[QUATERNION].to_numpy(), -1, axis=1))
 
 
+def xyzw_by_other_names(log: pd.DataFrame) -> pd.DataFrame:
+    log[QUATERNION] = np.roll(log[QUATERNION].to_numpy(), -1, axis=1)
+    return log
+
+
 def wxyz(log: pd.DataFrame) -> pd.DataFrame:
     return renamed(log, QUATERNION, [f"q_{i}" for i in range(1, 5)])
 
@@ -108,6 +113,7 @@ def reversed_gyro(*columns: str) -> Disguise:
 
 CASES: dict[str, tuple[Disguise, tuple[str, ...]]] = {
     "xyzw": (xyzw, ()),
+    "xyzw in columns of wxyz": (xyzw_by_other_names, ()),
     "wxyz": (wxyz, ()),
     "degrees": (degrees, ()),
     "radians": (radians, ()),

@@ -21,6 +21,7 @@ from sym2real.vocabulary import HEADING, POSITION, RATE, VELOCITY
 RATES, VELOCITIES = RATE.columns, VELOCITY.columns
 SMOOTHING = 5  # rows
 LEAST_MOTION = {"rad/s": 0.05, "m/s": 0.02}  # standard deviation below which a sign is not judged
+ALOFT = 0.05  # m that a height must be off the origin
 LEAST_TILT = 0.01  # standard deviation in units of gravity below which a tilt is not judged
 
 
@@ -92,6 +93,19 @@ def thrust_agreement(logs: Sequence[Trajectory]) -> Agreement:
         comparisons.append(_compared([(axis[:, i], moved[:, i]) for moved, axis in pairs for i in (0, 1)], LEAST_TILT))
     (own, ratio), (other, _) = comparisons
     return Agreement("attitude", own, other, 1.0 / ratio if ratio else 0.0)
+
+
+def least_agreement(logs: Sequence[Trajectory]) -> float:
+    """The least of rates with the attitude's derivative and of accelerations with the thrust; NaN where all rests."""
+    agreements = (*rate_agreement(logs).values(), thrust_agreement(logs))
+    correlations = [abs(agreement.correlation) for agreement in agreements if agreement.correlation is not None]
+    return min(correlations, default=float("nan"))
+
+
+def above_ground(logs: Sequence[Trajectory]) -> bool:
+    """Whether robots are above the origin most of the time, as those that fly are with z up."""
+    heights = [log.column(POSITION.columns[2]) for log in logs if POSITION.columns[2] in log.layouts.state]
+    return bool(heights) and float(np.median(np.concatenate(heights))) > ALOFT
 
 
 def lateral_motion(log: Trajectory, turn: Callable[[torch.Tensor], torch.Tensor] = lambda q: q) -> tuple[Array, Array]:

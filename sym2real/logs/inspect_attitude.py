@@ -5,6 +5,7 @@ from itertools import product
 
 import numpy as np
 
+from sym2real.logs.agreement import ALOFT
 from sym2real.logs.angle_units import of_measured, of_wanted
 from sym2real.logs.attitude_reading import (
     ORDERS,
@@ -23,8 +24,8 @@ from sym2real.vocabulary import EULER_ANGLES
 NORM = 0.05
 # Of readings that fit alike the usual one is taken. Robots fly above the origin: z down goes with negative heights.
 RARE_INVERSE, RARE_NED, RARE_ORDER, HEIGHT_COUNTS = 0.2, 0.5, 0.1, 0.8
+RARE_NAMES = 0.5  # of columns whose names say another order
 COURSE_COUNTS = 3.0  # a car that drives where it points tells more than the sign of one rate
-ALOFT = 0.05  # m
 FRAMES: tuple[tuple[Frames, float], ...] = (("z_up", 1.0), ("ned_frd", -1.0))
 
 
@@ -83,7 +84,7 @@ def _decide(draft: Draft) -> None:
     """Order, direction, and z up or down: what rates, accelerations, the vertical and heights agree with best."""
     first = draft.attitudes["attitude"]
     counted = "w" not in draft.assignment.quaternions.get("attitude", {"w": ""})
-    orders = ORDERS if counted else (first.order,)
+    orders = ORDERS if counted or len(first.quaternion) == len(first.order) else (first.order,)
     directions: tuple[Direction, ...] = ("body_to_world",) if first.euler else ("body_to_world", "world_to_body")
     set_world(draft, first)
     # One axis alone may as well have its sign reversed.
@@ -93,7 +94,8 @@ def _decide(draft: Draft) -> None:
     for order, direction in product(orders, directions):
         reading = replace(first, order=order, direction=direction)
         set_world(draft, reading)
-        rare = rare_inverse * (direction != "body_to_world") + RARE_ORDER * (order != first.order)
+        other_order = RARE_ORDER if counted else RARE_NAMES
+        rare = rare_inverse * (direction != "body_to_world") + other_order * (order != first.order)
         rare -= uprightness(draft, reading) if counted else 0.0
         for frames, vertical in FRAMES:
             scores[reading, frames] = _agreement(draft, vertical) - rare - RARE_NED * (frames != "z_up")
@@ -103,6 +105,9 @@ def _decide(draft: Draft) -> None:
         for name, parts in draft.assignment.quaternions.items():
             if name in draft.attitudes and "w" not in parts:
                 draft.attitudes[name] = replace(draft.attitudes[name], order=best.order)
+    if not counted and best.order != first.order:
+        evidence = f"rates and accelerations agree with them as {best.order}, whatever their names ({_text(draft)})"
+        draft.add("", "the scalar is last", "", evidence, "likely")
     if best.direction == "world_to_body":
         evidence = f"rates and accelerations agree with the inverse rotation ({_text(draft)})"
         draft.add("", "attitude is world to body", "", evidence, "likely")

@@ -1,6 +1,7 @@
 """Where a body is and how it is turned, from whatever columns of a state say so."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import torch
@@ -10,7 +11,7 @@ from sym2real.field import Field
 from sym2real.layout import Layout
 from sym2real.logs.derive import about_vertical, continuous, from_euler
 from sym2real.trajectory import Array, Trajectory
-from sym2real.vocabulary import ATTITUDE, HEADING
+from sym2real.vocabulary import ATTITUDE, HEADING, RATE
 
 
 def attitudes(layout: Layout, states: Array) -> Array:
@@ -25,6 +26,15 @@ def attitudes(layout: Layout, states: Array) -> Array:
 def attitude(log: Trajectory) -> torch.Tensor:
     """Those of a log ``# (rows, 4)``."""
     return torch.as_tensor(attitudes(log.layouts.state, log.state))
+
+
+def with_all_measured(log: Trajectory) -> Trajectory:
+    """The log with an attitude and body rates in its state that are inputs of its model, or columns beside it."""
+    state, known = log.layouts.state, {*log.layouts.inputs, *log.extra}
+    more = [name for field in (ATTITUDE, RATE) if known.issuperset(field.columns) for name in field.columns]
+    layouts = replace(log.layouts, state=Layout.of((*state.columns, *more)), inputs=Layout.of(()))
+    values = np.column_stack([log.state, *(log.column(name) for name in more)])
+    return replace(log, state=values, inputs=np.empty((len(log), 0)), layouts=layouts, extra={}) if more else log
 
 
 def with_angles(log: Trajectory, angles: Array, quaternion: Sequence[str] = ATTITUDE.columns) -> Trajectory:

@@ -18,10 +18,10 @@ from sym2real.diagnosis.faults.fault import Breach
 from sym2real.diagnosis.faults.mistakes.transformation import Exchanged, Misread, counted_otherwise, of_all
 from sym2real.diagnosis.faults.units import Scaled, factors
 from sym2real.diagnosis.settings import SETTINGS
-from sym2real.logs.agreement import RATES, off_the_way, points_along, rate_agreement, thrust_agreement
+from sym2real.logs.agreement import RATES, least_agreement, off_the_way, points_along, rate_agreement, thrust_agreement
 from sym2real.logs.course import between, courses, decides, headings, together
 from sym2real.logs.derive import counted_angles
-from sym2real.logs.pose import attitude, with_angles
+from sym2real.logs.pose import attitude, with_all_measured, with_angles
 from sym2real.logs.sources import AsRead
 from sym2real.logs.units import UNITS
 from sym2real.trajectory import Trajectory
@@ -80,10 +80,11 @@ DEGREES, READ = 1.0 / UNITS["deg"][1], ("degrees", "radians")
 
 def other_order(data: Dataset) -> list[Breach]:
     """Quaternions whose scalar is last, or first where it should be last, beyond doubt; none without motion."""
-    if present(data, QUATERNION) != QUATERNION or not (now := _correlation(data)) <= SETTINGS.mostly:
+    measured = Dataset(map(with_all_measured, data))
+    if present(measured, QUATERNION) != QUATERNION or not (now := least_agreement([*measured])) <= SETTINGS.mostly:
         return []
     for misread in orders_of():
-        if (then := _correlation(of_all(misread, data))) >= SETTINGS.scalar_last:
+        if (then := least_agreement([*of_all(misread, measured)])) >= SETTINGS.scalar_last:
             told = f"rates and accelerations correlate with the attitude by {then:.2f} then, by {now:.2f} as it stands"
             return [Breach(misread, told)]
     return []
@@ -102,13 +103,6 @@ def _in_order(order: str, quaternion: Sequence[str], read: AsRead) -> str:
     columns = ", ".join(f'"{name}"' for name in (names if order == "xyzw" else (*names[1:], names[0])))
     entry = f'quaternion = [{columns}] and order = "{order}"'
     return f"rename the columns, or say {entry} under [{table}] in a specification of the log"
-
-
-def _correlation(data: Dataset) -> float:
-    """The least of rates with the attitude's derivative and of accelerations with the thrust; NaN where all rests."""
-    agreements = (*rate_agreement(list(data)).values(), thrust_agreement(list(data)))
-    correlations = [abs(agreement.correlation) for agreement in agreements if agreement.correlation is not None]
-    return min(correlations, default=float("nan"))
 
 
 def other_angles(data: Dataset) -> list[Breach]:

@@ -56,6 +56,20 @@ def test_without_a_log_the_step_is_the_usual_one(tmp_path: Path) -> None:
     assert load_model(tmp_path / "model").dt == 0.02
 
 
+@pytest.mark.parametrize(("swing", "low", "high"), [(0.0, 0.0, 0.5), (0.02, 1.0, 6.0)])
+def test_how_well_the_thrust_is_known_is_printed(
+    swing: float, low: float, high: float, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    columns = flight(1000, 50.0)
+    columns |= {name: columns[name] * (1.0 + swing * np.sin(0.02 * np.arange(1000))) for name in MOTORS}
+    main([*NOMINAL, *logged(tmp_path, columns), "--out", str(tmp_path / "model")])
+    printed = capsys.readouterr().out
+    known = float(printed.split(" ± ")[1].split(" %")[0])
+    assert low <= known < high
+    main([*NOMINAL, *logged(tmp_path, {n: v[:300] for n, v in columns.items()}), "--out", str(tmp_path / "short")])
+    assert " ± " not in capsys.readouterr().out
+
+
 @pytest.mark.parametrize("unit", ["rad/s", "rpm"])
 def test_speeds_that_the_specification_names_are_squared(
     unit: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]

@@ -138,7 +138,9 @@ class NominalQuadrotor(OfLogs):
         what, unit = ("squared speed", "N s²/rad²") if fit.unit == "rad/s" else ("unit of command", "N")
         for note in fit.notes:
             console.print(f"{self.fit_thrust.name}: {note}", markup=False)
-        console.print(f"thrust per {what}, fitted on the first two seconds: {thrust:.4g} {unit}", markup=False)
+        known = f" ± {200 * fit.scatter:.1g} %, as fits to every two seconds scatter" if fit.scatter > 0 else ""
+        fitted = f"thrust per {what}, fitted on the first two seconds: {thrust:.4g} {unit}{known}"
+        console.print(fitted, markup=False, soft_wrap=True)
         return Motors(thrust=thrust, unit=fit.unit, **self._rotors), fit.dt
 
 

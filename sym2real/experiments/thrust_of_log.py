@@ -18,6 +18,7 @@ from sym2real.trajectory import Trajectory
 from sym2real.vocabulary import MOTORS
 
 CALIBRATION_SECONDS = 2.0
+FEWEST_FITS = 5  # that scatter about a line
 # Commands go from 0 to 1, with what a mixer may add; rotors in the air turn far faster than a radian a second.
 LARGEST_COMMAND = 1.5
 
@@ -30,12 +31,15 @@ class ThrustOfLog:
         per_mass: acceleration per unit of command in m/s², or per squared speed in m/rad².
         unit: of the motors.
         dt: step of the log's rows in s, or the one that was asked for.
+        scatter: part of the thrust by which fits to every two seconds of the log scatter about a line, as batteries sag
+            (a standard deviation); NaN where these are too few.
         notes: what was taken from the log, one sentence each.
     """
 
     per_mass: float
     unit: MotorUnit
     dt: float
+    scatter: float
     notes: tuple[str, ...]
 
 
@@ -70,7 +74,19 @@ def thrust_of_log(
         length = log.time[-1] - log.time[0]
         notes.append(f"the log has {len(pieces)} stretches with gaps between them: the longest is used, {length:.4g} s")
     notes += [note for note in pieces[0].notes if note.startswith(LEFT_OUT)]
-    return ThrustOfLog(fit_thrust_per_unit(log, CALIBRATION_SECONDS, counted), counted, step, tuple(notes))
+    thrust = fit_thrust_per_unit(log, CALIBRATION_SECONDS, counted)
+    return ThrustOfLog(thrust, counted, step, _scatter(log, counted) / thrust, tuple(notes))
+
+
+def _scatter(log: Trajectory, unit: MotorUnit) -> float:
+    """Standard deviation of fits to parts as long as the first one, about a line."""
+    starts = np.arange(log.time[0], log.time[-1] - CALIBRATION_SECONDS, CALIBRATION_SECONDS)
+    if len(starts) < FEWEST_FITS:
+        return float("nan")
+    parts = (log.rows(row, len(log)) for row in np.searchsorted(log.time, starts).tolist())
+    fits = np.array([fit_thrust_per_unit(part, CALIBRATION_SECONDS, unit) for part in parts])
+    line = np.polyval(np.polyfit(starts, fits, 1), starts)
+    return float(np.sqrt(np.sum((fits - line) ** 2) / (len(fits) - 2)))
 
 
 def _unit(path: Path, log: Trajectory, spec: LogSpec | None, asked: MotorUnit | None) -> MotorUnit:

@@ -116,9 +116,10 @@ DELAY = _of_command(
     parameters=_delay_parameters,
     formula=r"a(t) \to a(t - d)",
     summary="Commands act some time after they were sent.",
-    confused_with="a lag, and motor lag in hover",
+    confused_with="a lag, motor lag in hover, and measurements that are all late, as behind a motion capture's filter",
     shown_by=f"fast changes of the command: {EXCITED}",
-    fix=f"shorten the way (radio, queue), or let the controller plan with the commands under way; {BETWEEN_ROWS}",
+    fix="shorten the way (radio, queue; a motion capture's filter), or let the controller plan with the commands under "
+    f"way; {BETWEEN_ROWS}",
     inject=_delay_inject,
     memory=lambda body: shift(body.loop_gains),
     of_attitude=True,

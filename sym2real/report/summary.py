@@ -12,6 +12,7 @@ from sym2real.diagnosis.settings import SETTINGS
 from sym2real.diagnosis.unexplained.explaining import beyond_times, disturbed_most, judged_at
 from sym2real.diagnosis.unexplained.leftover import Leftover
 from sym2real.effects.few_words import in_few_words
+from sym2real.effects.steering import SHARE
 from sym2real.report.leftover import measure, statement
 
 
@@ -185,8 +186,9 @@ def _not_borne_out(findings: Sequence[Finding], gate: Gate) -> str:
 
 
 def _alone(finding: Finding) -> str:
-    """An effect with its values, without those that it cannot be told from."""
-    values = ", ".join(f"{name} {estimate.with_half_width}" for name, estimate in finding.parameters.items())
+    """An effect with its values, without those that it cannot be told from, and without a share of nothing."""
+    shown = {name: own for name, own in finding.parameters.items() if name != SHARE or own.low > 0.0}
+    values = ", ".join(f"{name} {estimate.with_half_width}" for name, estimate in shown.items())
     return f"{finding.effect} ({values})"
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+import torch
 
 from sym2real.cli import main
 from sym2real.data import example_flight
@@ -12,9 +13,9 @@ from sym2real.diagnosis.pipeline import prepare
 from sym2real.diagnosis.question import Question
 from sym2real.effects import applicable, effect
 from sym2real.logs import read_log
-from sym2real.robots import quadrotor
+from sym2real.robots import Motors, quadrotor
 from sym2real.stages import Stages
-from sym2real.symbolic import load_model
+from sym2real.symbolic import compile_model, load_model
 from sym2real.symbolic.mass_normalised import PER_KILOGRAM
 
 SPEC = "crazyflie_battery_drag"
@@ -48,3 +49,13 @@ def test_every_unit_of_an_effect_has_one_per_kilogram() -> None:
         equations = quadrotor(None, interface=interface)
         units = {parameter.unit for one in applicable(equations) for parameter in one.parameters}
         assert not [unit for unit in units if "N" in unit or "kg" in unit], units
+
+
+def test_a_mass_that_nobody_gave_makes_no_robot_large() -> None:
+    """A nano quadrotor at 0.7 m: a robot of 1 kg would feel the ground there, by a twentieth of its thrust."""
+    base = quadrotor(interface="motors", attitude="measured", motors=Motors(thrust=4.905))
+    near = effect("ground_effect", base).substitute(base, {"value": 1.0})
+    state, action = torch.tensor([0.0, 0.0, 0.7, 0.0, 0.0, 0.0]), torch.full((4,), 0.5)
+    inputs = torch.tensor([float(name == "qw") for name in base.layouts.inputs])
+    lifted, plain = (compile_model(model)(state, action, inputs)[-1] for model in (near, base))
+    assert 0.0 <= float(lifted - plain) < 1e-3 * 9.81 * base.dt

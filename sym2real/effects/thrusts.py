@@ -18,8 +18,8 @@ V₀ is where the thrust map holds: the number ``full_battery`` of the equations
 ``rotor_loss``. One rotor gives less: (1 - ℓ) of its thrust, and the torques that follow.
 
 ``ground_effect``. More thrust near the ground: T (1 + g e^(-z/h)), h 0.07 m of a Crazyflie, and of another robot as
-many times that as it is larger, by the cube root of its mass. Heights of a log may count from elsewhere: below zero the
-ground is as near as at zero.
+many times that as it is larger, by its arm or the cube root of its mass: the smaller, as a mass that nobody gave counts
+as 1 kg. Heights of a log may count from elsewhere: below zero the ground is as near as at zero.
 """
 
 import math
@@ -279,12 +279,13 @@ ROTOR_LOSS = _of_rotorcraft(
 )
 
 
-REACH, OF_MASS = 0.07, 0.027  # m, and kg of the robot that has it
+REACH, OF_MASS, OF_ARM = 0.07, 0.027, 0.046  # m, and kg and m of the robot that has it
 
 
 def _reach(body: Body) -> float:
     """Height in m at which it has fallen to 1/e."""
-    return REACH * math.cbrt(body.numbers.get("mass", OF_MASS) / OF_MASS)
+    by_mass = math.cbrt(body.numbers.get("mass", OF_MASS) / OF_MASS)
+    return REACH * min(by_mass, body.numbers.get("arm", math.inf) / OF_ARM)
 
 
 def _lift(data: Any, body: Body, values: Numbers) -> None:
@@ -301,7 +302,7 @@ GROUND_EFFECT = _of_rotorcraft(
     stage="thrust",
     parameters=of_any_body(Parameter("value", "1", null=0.0, low=0.0, high=2.0, scale=0.2)),
     formula=r"T \to T\,(1 + g\,e^{-z / h})",
-    summary="Close to the ground the rotors' own air lifts the robot; h = 0.07 m (m / 27 g)^(1/3).",
+    summary="Close to the ground the rotors' own air lifts the robot; h = 0.07 m of a Crazyflie, more of larger ones.",
     confused_with="less mass or more thrust at one height; trim of the thrust that differs from flight to flight",
     shown_by="at least three low flights whose height moves between h and 4 h",
     fix="fly higher than three rotor diameters, or keep the term in the model",

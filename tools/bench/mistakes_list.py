@@ -144,7 +144,7 @@ DRIVE = (
     Mistake("x and y of the position swapped", swapped("x", "y"), rf"\b[xy]\b.*{ORDER}|{ORDER}.*\b[xy]\b"),
     Mistake("vx and vy swapped", swapped("vx", "vy"), rf"\bv[xy]\b.*{ORDER}|{ORDER}.*\bv[xy]\b"),
     Mistake("x and y of position and velocity swapped", swapped("x", "y", "vx", "vy"), rf"{ORDER}|{MIRRORED}"),
-    Mistake("sine and cosine swapped", swapped(*YAW), rf"(sine|sin_yaw).*{ORDER}|heading (counted otherwise|that turns against)"),
+    Mistake("sine and cosine swapped", swapped(*YAW), rf"sin_yaw.*{ORDER}|heading counted otherwise|turns against"),
     Mistake("steer and speed swapped", swapped("steer", "speed"), rf"(steer|speed).*{ORDER}"),
     Mistake("velocity along body axes", along_the_car, r"\bv[xy]\b.*(body|frame)"),
     Mistake("y mirrored", scaled(("y", "vy"), -1.0), rf"\bv?y\b.*(reversed|wrong sign)|{MIRRORED}"),

@@ -280,7 +280,8 @@ class Ramp:
         result, command = action.copy(), float(action[self._column])
         before = command if self._position is None else self._position
         after = before + float(np.clip(command - before, -self._rate * self._dt, self._rate * self._dt))
-        self._position, self._duration, self._begin = after, abs(after - before) / self._rate, np.nan
+        self._position, self._begin = after, np.nan
+        self._duration = abs(after - before) / max(self._rate, SHORTEST)
         result[self._column] = after
         return result
 

@@ -36,7 +36,8 @@ from sym2real.vocabulary import STEER_COLUMN
 
 YAW_RATE, SHARE = "wz", "mean_share"
 BEFORE, OWED = "steer_before", "steer_owed"
-MEAN, LATE, LAGGED, RAMP, OF_GYRO = "steer_mean", "steer_late", "steer_lagged", "steer_ramp", "gyro_share_before"
+MEAN, SHOWN, OF_GYRO = "steer_mean", "steer_shown", "gyro_share_before"
+LATE, LAGGED, RAMP = "steer_late", "steer_lagged", "steer_ramp"
 SHORTEST = 1e-9  # part of a period
 
 
@@ -100,16 +101,17 @@ def _with_mean(equations: Equations) -> Equations:
     """The equations with the mean of the steering in its place, and its own for the yaw rate; both are its end yet."""
     steer, last, late, ramp = map(symbol, (STEER_COLUMN, BEFORE, LATE, RAMP))
     row = over_columns(equations, equations.next[YAW_RATE])
-    none = dict.fromkeys((MEAN, LATE, LAGGED, RAMP, OF_GYRO), Integer(0))
+    none = dict.fromkeys((MEAN, LATE, LAGGED, RAMP, OF_GYRO, SHOWN), Integer(0))
     equations = begun_at_rest(defined(equations, none), {STEER_COLUMN: symbol(MEAN)})
     equations = with_hidden(equations, BEFORE, "rad", steer, start=steer)
     to_come = Max(0, 1 - (1 - late) / Max(SHORTEST, ramp))
     owed = to_come**2 * ramp / 2 * (steer - last)
     equations = with_hidden(equations, OWED, "rad", owed, start=Integer(0))
     of_mean = 1 - (1 - symbol(LAGGED)) * (1 - late - OF_RAMP.of_mean * ramp)
-    equations = defined(equations, {MEAN: steer + of_mean * (last - steer) + owed - symbol(OWED)})
-    shown = steer + (1 - (1 - symbol(OF_GYRO)) * (1 - to_come)) * (last - steer)
-    return replace(equations, next={**equations.next, YAW_RATE: exchange({steer: shown})(row)})
+    of_gyro = 1 - (1 - symbol(OF_GYRO)) * (1 - to_come)
+    mean, shown = (steer + share * (last - steer) for share in (of_mean, of_gyro))
+    equations = defined(equations, {MEAN: mean + owed - symbol(OWED), SHOWN: shown})
+    return replace(equations, next={**equations.next, YAW_RATE: exchange({steer: symbol(SHOWN)})(row)})
 
 
 def over_columns(equations: Equations, row: Expr) -> Expr:

@@ -174,8 +174,7 @@ def test_a_command_is_cut_off_then_late_then_mapped() -> None:
         sent, by_mean, by_end = action.clone(), action.clone(), action.clone()
         sent[:, 0], by_mean[:, 0] = commands, torch.tensor(means, dtype=torch.float64)
         by_end[:, 0] = 2.0 * torch.tensor(ends[1:], dtype=torch.float64) + 0.1
-        before = torch.tensor([ends[:-1], [0.0] * len(late)], dtype=torch.float64)  # a lag owes nothing
-        whole = torch.cat([state, before.T], dim=1)
+        whole = torch.cat([state, torch.tensor(ends[:-1], dtype=torch.float64)[:, None]], dim=1)
         expected = stepped(nominal(MUSHR), state, by_mean, inputs)
         expected[:, 6] = stepped(nominal(MUSHR), state, by_end, inputs)[:, 6]
         after = stepped(equations, whole, filter_commands(equations, sent), inputs)[:, :7]

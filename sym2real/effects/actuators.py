@@ -51,7 +51,7 @@ def _rate_limit_inject(body: Body, values: Numbers) -> Change:
 
 
 def _rate_limit_parts(values: Values, body: Body) -> tuple[tuple[Kind, Values], ...]:
-    return steering.parts(RATE_LIMIT, steering.OF_RAMP, values, body)
+    return steering.parts(RATE_LIMIT, steering.of_ramp, values, body)
 
 
 RATE_LIMIT = _of_command(
@@ -65,7 +65,7 @@ RATE_LIMIT = _of_command(
     inject=_rate_limit_inject,
     memory=lambda body: rate_limited(body.loop_gains),
     parts=_rate_limit_parts,
-    shared=(steering.BEFORE, steering.OWED),
+    shared=(steering.BEFORE,),
     searching=Searching(
         why_not=alone_on("rate command", "thrust", "motors"),
         starts=lambda body, values: tuple(float(np.std(values)) / body.dt * 0.2 * part for part in (1.0, 3.0)),
@@ -108,7 +108,7 @@ def _delay_inject(body: Body, values: Numbers) -> Change:
 
 
 def _delay_parts(values: Values, body: Body) -> tuple[tuple[Kind, Values], ...]:
-    return steering.parts(DELAY, steering.OF_DELAY, values, body)
+    return steering.parts(DELAY, steering.of_delay, values, body)
 
 
 DELAY = _of_command(
@@ -125,7 +125,7 @@ DELAY = _of_command(
     of_attitude=True,
     of_all=lambda _: True,
     parts=_delay_parts,
-    shared=(steering.BEFORE, steering.OWED),
+    shared=(steering.BEFORE,),
     searching=Searching(
         why_not=alone_on("motors"),
         starts=steps(1.0, 2.0, 4.0),
@@ -147,7 +147,7 @@ def _slow(spec: Any, body: Body, values: Numbers) -> None:
 
 
 def _lag_parts(values: Values, body: Body) -> tuple[tuple[Kind, Values], ...]:
-    return steering.parts(LAG, steering.OF_LAG, values, body)
+    return steering.parts(LAG, steering.of_lag, values, body)
 
 
 LAG = _of_command(
@@ -163,7 +163,7 @@ LAG = _of_command(
     of_attitude=True,
     of_all=lambda _: True,
     parts=_lag_parts,
-    shared=(steering.BEFORE, steering.OWED),
+    shared=(steering.BEFORE,),
     lagging=True,
     searching=Searching(
         why_not=alone_on("motors"),

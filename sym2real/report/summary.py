@@ -34,14 +34,12 @@ def summary(answer: Verdict, parts: Parts, interrupted: str = "") -> str:
     if answer == "EFFECT":
         # Where predictions do not bear out what was found, the faults are the answer.
         # Announced are those without which an error is larger by a tenth, or all, where they are needed together alone.
-        formless = [finding for finding in findings if of_another_form(finding, leftovers)]
-        clear = [finding for finding in findings if not (finding.doubtful or finding in formless)]
+        clear = [finding for finding in findings if not finding.doubtful]
         needed = [finding for finding in clear if not finding.small] or clear
         small = [finding for finding in clear if finding not in needed]
         announced = [finding for finding in needed if _likely(finding)] or needed
         unlikely = [finding for finding in needed if finding not in announced]
-        unclear = _beside([own for own in findings if own.doubtful and own not in formless], gate)
-        unclear += _beside(formless, gate, leftovers)
+        unclear = _beside([finding for finding in findings if finding.doubtful], gate)
         stays = doubt or _nameless(parts)
         missing = [*_missing(announced, parts.ladder), *_unlikely(unlikely)]
         established = [*missing, *rest, *stays, *_disturbed(parts), *_small(small), *unclear]

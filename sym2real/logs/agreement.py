@@ -22,6 +22,7 @@ RATES, VELOCITIES = RATE.columns, VELOCITY.columns
 SMOOTHING = 5  # rows
 LEAST_MOTION = {"rad/s": 0.05, "m/s": 0.02}  # standard deviation below which a sign is not judged
 ALOFT = 0.05  # m that a height must be off the origin
+DOWN = (POSITION.columns[2], f"-{POSITION.columns[2]}")  # a height that counts down
 LEAST_TILT = 0.01  # standard deviation in units of gravity below which a tilt is not judged
 
 

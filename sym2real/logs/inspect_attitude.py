@@ -84,11 +84,14 @@ def _decide(draft: Draft) -> None:
     """Order, direction, and z up or down: what rates, accelerations, the vertical and heights agree with best."""
     first = draft.attitudes["attitude"]
     counted = "w" not in draft.assignment.quaternions.get("attitude", {"w": ""})
-    orders = ORDERS if counted or len(first.quaternion) == len(first.order) else (first.order,)
     directions: tuple[Direction, ...] = ("body_to_world",) if first.euler else ("body_to_world", "world_to_body")
     set_world(draft, first)
     # One axis alone may as well have its sign reversed.
-    evidence_count = len(gyro_agreement(draft)) + len(tilt_agreement(draft)) + bool(course_agreement(draft))
+    turning = len(gyro_agreement(draft))
+    evidence_count = turning + len(tilt_agreement(draft)) + bool(course_agreement(draft))
+    # Names are doubted by rates about several axes alone.
+    doubted = turning > 1 and len(first.quaternion) == len(first.order)
+    orders = ORDERS if counted or doubted else (first.order,)
     rare_inverse = RARE_INVERSE if evidence_count > 1 else 2.0
     scores: dict[tuple[Attitude, Frames], float] = {}
     for order, direction in product(orders, directions):

@@ -15,7 +15,7 @@ from sym2real.diagnosis.faults.mistakes.lost_commands import step_likelihood
 from sym2real.diagnosis.faults.mistakes.transformation import Exchanged, Late, Transformation, Turned, of_all
 from sym2real.diagnosis.faults.units import Scaled, fitting_scales
 from sym2real.diagnosis.settings import SETTINGS
-from sym2real.logs.agreement import above_ground
+from sym2real.logs.agreement import DOWN, above_ground
 from sym2real.symbolic import Equations
 from sym2real.trajectory import Array
 from sym2real.vocabulary import POSITION
@@ -151,7 +151,7 @@ def _judged(balances: Balances, now: Balance, transformation: Transformation, da
     if not clear.any() or -better.min() > SETTINGS.others_worse * better.max() or _in_all(new) > _in_all(old):
         return None
     # Beside the ground, which lifts what comes near, thrust seems to push down.
-    if isinstance(transformation, Exchanged) and ("z", "-z") in transformation.wrong and above_ground([*data]):
+    if isinstance(transformation, Exchanged) and DOWN in transformation.wrong and above_ground([*data]):
         return None
     if isinstance(transformation, Turned) and transformation.field == "attitude":
         clear &= without_drag(now) > SETTINGS.far * new

@@ -158,23 +158,26 @@ def _lag(value: float, gain: float, dt: float) -> Rule:
 
 
 def _rate(value: float, gain: float, dt: float) -> Rule:
-    most, x = f"splat(R({value * dt!r}))", gain * dt
-    if gain >= AT_ONCE:
-        share = "splat(R(0.0))"
-    elif x < SMALL:
-        share = "part * R(0.5)"
-    else:  # as period_shares.ramp_share; a part next to none moves nothing, whatever its share
-        left = f"exponential((part - splat(R(1.0))) * R({x!r}))"
-        begun = f"{left} * (splat(R(1.0)) - exponential(-some * R({x!r}))) / (some * R({x!r}))"
-        share = f"({begun} - splat(R({math.exp(-x)!r}))) * R({-1.0 / math.expm1(-x)!r})"
+    most, part = f"splat(R({value * dt!r}))", f"minimum(absolute(away) * R({1.0 / (value * dt)!r}), splat(R(1.0)))"
     return lambda memory, row, out: [
         f"const v away = {row} - {memory};",
         f"const v after = {memory} + maximum(minimum(away, {most}), -{most});",
-        f"const v part = minimum(absolute(away) * R({1.0 / (value * dt)!r}), splat(R(1.0)));",
-        "const v some = maximum(part, splat(R(1e-6)));",
-        f"{out} = after - (after - {memory}) * ({share});",
+        f"const v part = {part};",
+        f"{out} = after - (after - {memory}) * ({_ramp_share(gain, dt)});",
         f"{memory} = after;",
     ]
+
+
+def _ramp_share(gain: float, dt: float) -> str:
+    """``period_shares.ramp_share`` of ``part``; one that is next to none moves nothing, whatever its share."""
+    x = gain * dt
+    if gain >= AT_ONCE:
+        return "part * R(0.0)"
+    if x < SMALL:
+        return "part * R(0.5)"
+    moved = f"maximum(part, splat(R(1e-6))) * R({x!r})"
+    begun = f"exponential(part * R({x!r}) - splat(R({x!r}))) * (splat(R(1.0)) - exponential(-({moved}))) / ({moved})"
+    return f"({begun} - splat(R({math.exp(-x)!r}))) * R({-1.0 / math.expm1(-x)!r})"
 
 
 def _play(value: float) -> Rule:

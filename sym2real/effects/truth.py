@@ -242,7 +242,7 @@ def commanding(change: Callable[[float, Body, Numbers], float], column: str = ""
 
 
 def following(body: Body, follow: Callable[[float, float], tuple[float, float]]) -> Change:
-    """A command with memory: (where the actuator was, command) → where it is after the period, its mean in it."""
+    """A command with memory: (where the actuator was, command) → where it is after the period, what acts in it."""
     column = body.layouts.action.index(body.column)
 
     def begin() -> Filter:

@@ -18,7 +18,7 @@ from sym2real.trajectory import Trajectory
 from sym2real.vocabulary import MOTORS
 
 CALIBRATION_SECONDS = 2.0
-FEWEST_FITS = 5  # that scatter about a line
+FEWEST_FITS = 5  # that scatter about a line, which takes two numbers of them
 # Commands go from 0 to 1, with what a mixer may add; rotors in the air turn far faster than a radian a second.
 LARGEST_COMMAND = 1.5
 

@@ -24,7 +24,7 @@ from sym2real.vocabulary import EULER_ANGLES
 NORM = 0.05
 # Of readings that fit alike the usual one is taken. Robots fly above the origin: z down goes with negative heights.
 RARE_INVERSE, RARE_NED, RARE_ORDER, HEIGHT_COUNTS = 0.2, 0.5, 0.1, 0.8
-RARE_NAMES = 0.5  # of columns whose names say another order
+RARE_NAMES = 0.5  # of columns whose names say another order: as rare as z down
 COURSE_COUNTS = 3.0  # a car that drives where it points tells more than the sign of one rate
 FRAMES: tuple[tuple[Frames, float], ...] = (("z_up", 1.0), ("ned_frd", -1.0))
 
